@@ -1,0 +1,20 @@
+# embed_text(target files...): each file becomes `extern const std::string_view` in namespace mien::embedded, named by its
+# path with every character that is no letter or digit turned into '_'. Shaders stay files and programs stay one binary.
+# Include "embedded_<target>.hpp" to use them.
+function(embed_text target)
+    set(header ${CMAKE_CURRENT_BINARY_DIR}/embedded_${target}.hpp)
+    set(source ${CMAKE_CURRENT_BINARY_DIR}/embedded_${target}.cpp)
+    set(declarations "#pragma once\n#include <string_view>\nnamespace mien::embedded {\n")
+    set(definitions "#include \"embedded_${target}.hpp\"\nnamespace mien::embedded {\n")
+    foreach(file ${ARGN})
+        set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
+        string(MAKE_C_IDENTIFIER ${file} name)
+        file(READ ${file} text)
+        string(APPEND declarations "extern const std::string_view ${name};\n")
+        string(APPEND definitions "extern const std::string_view ${name} = R\"embedded(${text})embedded\";\n")
+    endforeach()
+    file(CONFIGURE OUTPUT ${header} CONTENT "${declarations}}\n" @ONLY)
+    file(GENERATE OUTPUT ${source} CONTENT "${definitions}}\n")
+    target_sources(${target} PRIVATE ${source})
+    target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR})
+endfunction()

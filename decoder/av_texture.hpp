@@ -1,0 +1,46 @@
+#pragma once
+
+#include <memory>
+
+#include "core/image.hpp"
+#include "core/result.hpp"
+#include "protocol/stream.hpp"
+
+namespace mien::decoder {
+
+/// One decoded texture picture; keeps its planes alive.
+struct TextureFrame {
+    std::int64_t frame = 0;              ///< number in the stream
+    YuvView picture;
+    std::shared_ptr<const void> owner;
+};
+
+/// Turns the objects of one texture rung into pictures. Not thread-safe.
+class TextureDecoder {
+public:
+    /// threads: 0 lets the codec choose.
+    static Result<TextureDecoder> create(const protocol::Track& track, const protocol::Rung& rung, int threads = 0);
+    TextureDecoder(TextureDecoder&&) noexcept;
+    TextureDecoder& operator=(TextureDecoder&&) noexcept;
+    ~TextureDecoder();
+
+    /// Drops what is inside; the next object starts a group whose first frame has number `first_frame`.
+    void begin_group(std::int64_t first_frame);
+    /// Feeds one object; gives the pictures that are ready, in presentation order.
+    Result<std::vector<TextureFrame>> push(const protocol::Object& object);
+    /// The group is complete: gives the pictures still inside.
+    Result<std::vector<TextureFrame>> end_group();
+
+private:
+    struct State;
+    explicit TextureDecoder(std::unique_ptr<State> state);
+    std::unique_ptr<State> state_;
+};
+
+/// RGB of a decoded picture, by its own matrix and range. The plain twin of the player's shader.
+Image to_rgb(const YuvView& picture);
+
+/// A static texture blob (JPEG or PNG bytes). RGB.
+Result<Image> decode_picture(ByteView bytes);
+
+}  // namespace mien::decoder

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <functional>
+
+#include "core/result.hpp"
+#include "model/face_model.hpp"
+#include "protocol/stream.hpp"
+
+namespace mien::decoder {
+
+/// Finds an unpacked static blob by its hash; null when it is not there.
+using FindBlob = std::function<const Bytes*(const Hash& hash)>;
+
+/// Builds the face model that manifest blob `manifest` names from its blobs. Static textures stay encoded: they come back
+/// as `static_albedo` only through decoder_av's decode_picture.
+Result<model::FaceModel> decode_model(const Hash& manifest, const FindBlob& find);
+
+}  // namespace mien::decoder

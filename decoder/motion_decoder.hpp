@@ -1,0 +1,52 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "core/result.hpp"
+#include "model/linear_motion.hpp"
+#include "protocol/stream.hpp"
+
+namespace mien::decoder {
+
+/// Turns the objects of one motion rung into motion. Not thread-safe; one per stream.
+class MotionDecoder {
+public:
+    /// `basis`: the unpacked motion_basis blob. Refuses one that does not fit `info`.
+    static Result<MotionDecoder> create(const protocol::MotionInfo& info, ByteView basis);
+    MotionDecoder(MotionDecoder&&) noexcept;
+    MotionDecoder& operator=(MotionDecoder&&) noexcept;
+    ~MotionDecoder();
+
+    const model::LinearMotion& basis() const;
+
+    /// Forgets everything predicted from; call before the first object of every group.
+    void begin_group();
+
+    /// Decodes the next object of the group: `object.frames` instants, numbered from `first_frame`. After an error the
+    /// decoder waits for begin_group() and refuses objects until then.
+    Result<std::vector<model::Motion>> decode(const protocol::Object& object, std::int64_t first_frame);
+
+    /// The entropy decoder's state after the last object; equal to the encoder's, or something has drifted.
+    std::uint64_t state_hash() const;
+
+    /// Bits of the objects decoded so far by what they carried (ideal code lengths, scaled to the real bytes).
+    struct Split {
+        double coefficients = 0, pose = 0;  ///< bits; pose includes gaze and presence
+    };
+    Split split() const;
+
+private:
+    struct State;
+    explicit MotionDecoder(std::unique_ptr<State> state);
+    std::unique_ptr<State> state_;
+};
+
+/// Sizes of the parts of a motion basis blob, bytes: for `mien info`.
+struct BasisSplit {
+    std::uint64_t basis = 0;          ///< mean, components, steps, predictors
+    std::uint64_t probabilities = 0;
+};
+Result<BasisSplit> split_basis(ByteView basis);
+
+}  // namespace mien::decoder

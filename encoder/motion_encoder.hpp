@@ -1,0 +1,40 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/clip.hpp"
+#include "core/progress.hpp"
+#include "core/result.hpp"
+#include "model/linear_motion.hpp"
+#include "protocol/stream.hpp"
+
+namespace mien::encoder {
+
+/// file: look-ahead inside a group. live: causal, one self-contained object per frame. guenter98: the 1998 paper's
+/// scheme (order-1 prediction of the first 45 components, static codes), a baseline.
+enum class MotionPreset { file, live, guenter98 };
+
+struct MotionOptions {
+    protocol::MotionKind kind = protocol::MotionKind::vertices;
+    MotionPreset preset = MotionPreset::file;
+    /// Exactly one of the three is set. mm for vertices and markers, weight units for weights.
+    std::optional<double> rms = 0.1;
+    std::optional<double> peak;
+    std::optional<double> kbps;          ///< coefficients, pose and basis together over the clip
+    std::int64_t group_frames = 30;      ///< frames of a group; 0: the whole clip
+};
+
+struct EncodedMotion {
+    protocol::MotionInfo info;
+    Bytes basis;                               ///< motion_basis blob, unpacked
+    std::vector<protocol::Group> groups;       ///< slot 0, in order
+    std::vector<std::uint64_t> state_hashes;   ///< entropy coder's state after every object, for tests
+    double rms = 0, peak = 0;                  ///< measured from a decode, mm or weight units
+};
+
+/// Encodes the motion of `options.kind` in `clip`. Fails, saying why, when the asked error cannot be met.
+Result<EncodedMotion> encode_motion(const Clip& clip, const MotionOptions& options, const Progress& progress = {});
+
+}  // namespace mien::encoder

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+
+#include "core/image.hpp"
+#include "core/result.hpp"
+#include "protocol/stream.hpp"
+
+namespace mien::encoder {
+
+struct SoundOptions {
+    std::string codec = "opus";          ///< opus, aac
+    double kbps = 48;
+    std::int64_t group_frames = 30;
+    Rational frame_rate{30, 1};          ///< of the visual tracks: a packet belongs to the group in which it starts
+    std::int64_t frames = 0;             ///< of the visual tracks; packets after the last group belong to it
+};
+
+struct EncodedSound {
+    protocol::SoundInfo info;
+    Rational time_base;                   ///< seconds per sample
+    Bytes codec_config;
+    std::string codec;
+    std::vector<protocol::Group> groups;  ///< slot 0; one object per packet, the pre-roll packets of a group first
+};
+
+Result<EncodedSound> encode_sound(const Sound& sound, const SoundOptions& options);
+
+}  // namespace mien::encoder

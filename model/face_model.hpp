@@ -1,0 +1,71 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/clip.hpp"
+#include "core/mesh.hpp"
+#include "model/linear_motion.hpp"
+
+/// The face model: everything static about one actor, as layers (design: base shape, dynamics, medium, fine, albedo).
+namespace mien::model {
+
+/// Base shape: the motion vector is the offsets of all vertices.
+struct VertexBase {};
+
+/// Base shape of Making Faces (Guenter et al. 1998, section 4.2): p_j = neutral_j + sum_k a_jk (d_k - neutral d_k), where
+/// sum_k a_jk <= 1; what is missing to one hangs on still points that follow the head pose only.
+struct BlendBase {
+    struct Term {
+        std::uint32_t marker;
+        float weight;  ///< a_jk
+    };
+    Points markers;                        ///< M x 3 neutral marker positions, mm, head space
+    std::vector<Site> sites;               ///< M, place of each marker on the neutral mesh
+    std::vector<std::uint32_t> row_start;  ///< V + 1; terms of vertex j are row_start[j] .. row_start[j + 1]
+    std::vector<Term> terms;
+};
+
+/// Base shape: a mesh moved by blendshape weights.
+struct BlendshapeBase {
+    std::vector<Blendshape> targets;  ///< n_b, in the order of the motion vector
+};
+
+/// No mesh known: the motion vector is the offsets of markers from `markers`; drawn as points with a triangulation.
+struct PointBase {
+    Points markers;                        ///< M x 3 neutral positions, mm
+    std::vector<Triangle> triangulation;   ///< over the markers, for display
+};
+
+/// An eyeball that gaze turns about its centre.
+struct Eyeball {
+    Vec3 centre = Vec3::Zero();            ///< mm, head space, at neutral
+    std::vector<std::uint32_t> vertices;   ///< sorted
+};
+
+struct FaceModel {
+    std::string actor;
+    Mesh neutral;                                  ///< empty for PointBase
+    std::variant<VertexBase, BlendBase, BlendshapeBase, PointBase> base;
+    std::optional<Eyeball> eyes[2];                ///< actor's right, left; only when gaze is not already in the motion vector
+    std::optional<Image> static_albedo;            ///< used when the stream has no texture track
+    bool video_albedo = false;
+
+    /// Points the base shape forms: vertices, or markers of a PointBase.
+    Eigen::Index point_count() const;
+};
+
+/// Base shape and motion basis multiplied into one: offsets of all drawn points from neutral are
+/// mean + components * w, 3V values (x y z of vertex 0, ...). Every base shape is linear in the motion vector, so a frame
+/// costs one small matrix product whatever the base is; the GPU holds exactly this.
+LinearMotion compose(const FaceModel& model, const LinearMotion& motion);
+
+/// Neutral positions of all drawn points, V x 3 mm.
+const Points& neutral_points(const FaceModel& model);
+
+/// The reference for the GPU: neutral + mean + components * w, eyes turned by gaze, then the head pose. V x 3 mm.
+Points evaluate(const FaceModel& model, const LinearMotion& composed, const Motion& motion);
+
+}  // namespace mien::model
