@@ -1,0 +1,42 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "net/blob_cache.hpp"
+#include "net/source.hpp"
+#include "net/url.hpp"
+#include "protocol/messages.hpp"
+
+namespace mien::net {
+
+/// Plays a stream of a server. Runs a thread of its own; the constructor returns at once and connects in the background.
+/// When the connection drops it reconnects with exponential back-off and jitter and goes on where it was, without fetching
+/// any blob again; groups that were handed out never come twice.
+class Client final : public StreamSource {
+public:
+    Client(Url url, SourceOptions options);
+    ~Client() override;  ///< says goodbye and joins the thread
+
+    Result<void> wait_ready(std::chrono::milliseconds timeout) override;
+    const protocol::StreamHeader& header() const override;
+    const protocol::Catalogue& catalogue() const override;
+    const Bytes* blob(const Hash& hash) const override;
+    std::optional<Arrival> next(std::chrono::milliseconds timeout) override;
+    std::uint32_t seek(double seconds) override;
+    void pause(bool paused) override;
+    void set_rate(double rate) override;
+    void select(std::uint64_t slots) override;
+    SourceStatus status() const override;
+    SourceStatistics statistics() const override;
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+/// What a server offers, by name. Blocks up to `timeout`.
+Result<std::vector<protocol::StreamEntry>> list_streams(const Url& url,
+                                                        std::chrono::milliseconds timeout = std::chrono::seconds(5));
+
+}  // namespace mien::net

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/result.hpp"
+#include "protocol/stream.hpp"
+
+namespace mien::net {
+
+class BlobCache;
+
+enum class SourceState {
+    connecting,    ///< no header yet, or blobs under way
+    playing,       ///< groups flow, or could
+    reconnecting,  ///< the connection dropped; `reason` says why; goes on by itself
+    ended,         ///< the last group has been handed out; seek() starts again
+    failed,        ///< for good; `reason` says why
+};
+
+struct SourceStatus {
+    SourceState state = SourceState::connecting;
+    std::string reason;
+};
+
+/// What a source has done so far; a copy.
+struct SourceStatistics {
+    std::uint64_t bytes = 0;            ///< read from the socket or the file
+    std::uint64_t blob_bytes = 0;       ///< of these, messages of static blobs
+    std::uint64_t blobs_from_cache = 0;
+    std::uint64_t blobs_fetched = 0;
+    std::uint64_t groups = 0;           ///< handed out by next()
+    std::uint64_t damaged_groups = 0;   ///< dropped, their checksum or content is wrong
+    std::uint64_t stale_groups = 0;     ///< dropped, a seek overtook them
+    std::uint32_t reconnects = 0;
+    double round_trip = 0;              ///< seconds, the latest; 0: none measured (files)
+};
+
+/// One group handed out by a source, or the end of the stream.
+struct Arrival {
+    std::uint32_t generation = 0;             ///< what seek() returned; 0 before the first seek
+    std::optional<protocol::Group> group;     ///< none: the stream has ended
+};
+
+struct SourceOptions {
+    double start = 0;                         ///< seconds: where playing begins
+    double rate = 1;                          ///< 1: real time; 0: unpaced, as fast as next() is called
+    std::shared_ptr<BlobCache> cache;         ///< network only; null: nothing is kept
+    std::size_t queue_bytes = 32u << 20;      ///< groups waiting for next(): beyond this the socket is not read
+    std::string software = "mien";            ///< how the client names itself to the server
+    std::chrono::milliseconds first_backoff{250};   ///< before the first reconnect; doubles up to last_backoff
+    std::chrono::milliseconds last_backoff{8000};
+    std::chrono::milliseconds connect_timeout{5000};
+    int max_reconnects = -1;                  ///< attempts in a row before it fails; -1: never gives up
+    /// Called on every change of state, from a thread of the source's own (network) or the caller's (file). Must not call
+    /// the source back, except through the player's own queue.
+    std::function<void(const SourceStatus&)> on_status;
+};
+
+/// A stream that plays, from a file or a server. Usage:
+///
+///     auto source = net::open_source("mien://host/name", options);
+///     source->wait_ready(10s);                      // header and all static blobs are here
+///     decode_model(source->header().model, [&](const Hash& h) { return source->blob(h); });
+///     while (auto arrival = source->next(100ms)) ...
+///
+/// All methods may be called from any thread; next() from one at a time.
+class StreamSource {
+public:
+    virtual ~StreamSource() = default;
+
+    /// Waits until header(), catalogue() and blob() may be used. `unavailable` on time-out; the source's own error when it failed.
+    virtual Result<void> wait_ready(std::chrono::milliseconds timeout) = 0;
+    virtual const protocol::StreamHeader& header() const = 0;        ///< only when ready
+    virtual const protocol::Catalogue& catalogue() const = 0;        ///< only when ready
+    /// Unpacked bytes of a static blob; null when the catalogue has no such hash. Stays valid as long as the source. When ready.
+    virtual const Bytes* blob(const Hash& hash) const = 0;
+
+    /// The next group: by group number, then slot; none when `timeout` passes without one. After the last group comes one
+    /// Arrival without a group. Groups that an earlier seek made stale never come.
+    virtual std::optional<Arrival> next(std::chrono::milliseconds timeout) = 0;
+
+    /// Goes on from the group that contains `seconds`; returns the generation number of what comes from now on.
+    virtual std::uint32_t seek(double seconds) = 0;
+    virtual void pause(bool paused) = 0;             ///< stops the server's clock; files ignore it
+    virtual void set_rate(double rate) = 0;          ///< 0: unpaced
+    virtual void select(std::uint64_t slots) = 0;    ///< bit s: slot s is wanted, from the next group on
+
+    virtual SourceStatus status() const = 0;
+    virtual SourceStatistics statistics() const = 0;
+};
+
+/// A source over a mien:// URL or the path of a stored stream. Network errors show in status(); a bad URL or a file that
+/// cannot be opened or read is an error here.
+Result<std::unique_ptr<StreamSource>> open_source(std::string_view url_or_path, SourceOptions options = {});
+
+}  // namespace mien::net
