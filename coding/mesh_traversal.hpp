@@ -1,0 +1,55 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/mesh.hpp"
+
+namespace mien::coding {
+
+/// One vertex in the order in which both sides code per-vertex values, with what is known by then to predict it from.
+struct TraversalStep {
+    std::uint32_t vertex = 0;
+    std::uint32_t first = 0;   ///< its parallelograms are Traversal::parallelograms[first .. first + count)
+    std::uint32_t count = 0;
+    std::uint32_t nearest = 0; ///< a vertex coded earlier (an edge neighbour when there is one); itself for the very first
+};
+
+/// A vertex opposite to `c` across edge (a, b) lies near a + b - c.
+struct Parallelogram {
+    std::uint32_t a, b, c;
+};
+
+/// A walk over all vertices of a mesh that depends on connectivity alone, so encoder and decoder share it whatever the
+/// vertex order is. The next vertex is always one with most triangles whose other two corners are known
+/// (prediction-degree traversal), the earliest found first.
+struct Traversal {
+    std::vector<TraversalStep> steps;           ///< V, every vertex once
+    std::vector<Parallelogram> parallelograms;
+};
+
+Traversal traverse(std::uint32_t V, const std::vector<Triangle>& triangles);
+
+/// Mean of the step's parallelograms, or the nearest known value, per channel, in integers (rounded down).
+/// values: channels integers per vertex; only those of earlier steps are read.
+template <int kChannels>
+std::array<std::int32_t, kChannels> predict(const Traversal& traversal, const TraversalStep& step,
+                                            const std::vector<std::array<std::int32_t, kChannels>>& values) {
+    std::array<std::int32_t, kChannels> prediction{};
+    if (step.count == 0) return step.nearest == step.vertex ? prediction : values[step.nearest];
+    std::array<std::int64_t, kChannels> sum{};
+    for (std::uint32_t i = step.first; i < step.first + step.count; ++i) {
+        const Parallelogram& p = traversal.parallelograms[i];
+        for (int c = 0; c < kChannels; ++c)
+            sum[c] += std::int64_t(values[p.a][c]) + values[p.b][c] - values[p.c][c];
+    }
+    for (int c = 0; c < kChannels; ++c) {
+        const std::int64_t n = step.count;
+        const std::int64_t doubled = 2 * sum[c] + n;  // rounds to nearest, halves up
+        prediction[c] = static_cast<std::int32_t>(doubled >= 0 ? doubled / (2 * n) : -((-doubled + 2 * n - 1) / (2 * n)));
+    }
+    return prediction;
+}
+
+}  // namespace mien::coding
