@@ -42,12 +42,16 @@ float linear_to_srgb(float linear);
 /// A decoded video picture as planes of 8 bits, still Y'CbCr; converted in the shader. The planes belong to `owner`'s maker.
 struct YuvView {
     enum class Matrix : std::uint8_t { bt709, bt601 };
+    /// Where the sample of a 2 x 2 chroma block lies: on its left column between the rows, in its middle, or on its top
+    /// left luma sample. Chroma of full size has no siting.
+    enum class Siting : std::uint8_t { left, centre, top_left };
     int width = 0, height = 0;                 ///< luma samples
     int chroma_width = 0, chroma_height = 0;   ///< samples of each chroma plane
     std::array<const std::uint8_t*, 3> planes{};
     std::array<int, 3> strides{};              ///< bytes per row
     Matrix matrix = Matrix::bt709;
     bool full_range = false;
+    Siting siting = Siting::left;
 };
 
 /// Frames of a texture, read one at a time because a minute of 1024 x 1024 does not fit in memory.
