@@ -1,0 +1,110 @@
+#include "io/file.hpp"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "core/environment_error.hpp"
+
+namespace mien::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail_to_write(const fs::path& path, int reason) {
+    const char* advice = reason == ENOSPC   ? "; free some space or write to another disk"
+                         : reason == EACCES ? "; choose a folder you may write to"
+                         : reason == ENOENT ? "; make the folder first"
+                                            : "";
+    throw EnvironmentError(fmt::format("cannot write {}: {}{}", path.string(), std::strerror(reason), advice));
+}
+
+template <class Container>
+Result<Container> read_whole(const fs::path& path, std::uint64_t limit) {
+    MIEN_TRY(file, open_to_read(path));
+    Container content;
+    // Grows as bytes arrive instead of trusting a stated size: pipes and special files have none.
+    std::error_code ignored;
+    const std::uint64_t stated = fs::file_size(path, ignored);
+    if (!ignored && stated <= limit) content.reserve(stated);
+    for (std::size_t size = 0;;) {
+        const std::size_t step = 1 << 20;
+        content.resize(size + step);
+        const std::size_t got = std::fread(content.data() + size, 1, step, file.get());
+        size += got;
+        if (size > limit)
+            return Error{ErrorCode::limit_exceeded, fmt::format("{} is larger than {} MB", path.string(), limit >> 20)};
+        if (got < step) {
+            if (std::ferror(file.get()))
+                return Error{ErrorCode::unavailable, fmt::format("{} cannot be read: {}", path.string(), std::strerror(errno))};
+            content.resize(size);
+            return content;
+        }
+    }
+}
+
+}  // namespace
+
+Result<FileHandle> open_to_read(const fs::path& path) {
+    std::error_code error;
+    const fs::file_status status = fs::status(path, error);
+    if (!fs::exists(status)) return Error{ErrorCode::missing, fmt::format("there is no file {}", path.string())};
+    if (fs::is_directory(status)) return Error{ErrorCode::unavailable, fmt::format("{} is a folder, not a file", path.string())};
+    FileHandle file(std::fopen(path.c_str(), "rb"));
+    if (!file) return Error{ErrorCode::unavailable, fmt::format("{} cannot be read: {}", path.string(), std::strerror(errno))};
+    return file;
+}
+
+Result<Bytes> read_bytes(const fs::path& path, std::uint64_t limit) { return read_whole<Bytes>(path, limit); }
+Result<std::string> read_text(const fs::path& path, std::uint64_t limit) { return read_whole<std::string>(path, limit); }
+
+Error in_file(const fs::path& path, Error error) {
+    error.message = path.string() + ": " + error.message;
+    return error;
+}
+
+OutputFile::OutputFile(fs::path path) : path_(std::move(path)), part_(path_.string() + ".part") {
+    file_.reset(std::fopen(part_.c_str(), "wb"));
+    if (!file_) fail_to_write(path_, errno);
+}
+
+OutputFile::~OutputFile() {
+    if (!file_) return;
+    file_.reset();
+    std::error_code ignored;
+    fs::remove(part_, ignored);
+}
+
+void OutputFile::write(ByteView bytes) {
+    if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size()) fail_to_write(path_, errno);
+}
+
+void OutputFile::write(std::string_view text) { write(std::as_bytes(std::span(text))); }
+
+void OutputFile::commit() {
+    std::error_code error;
+    // A full disk may show only when buffers are flushed.
+    if (std::fflush(file_.get()) != 0) fail_to_write(path_, errno);
+    if (std::fclose(file_.release()) != 0) {
+        const int reason = errno;
+        fs::remove(part_, error);
+        fail_to_write(path_, reason);
+    }
+    fs::rename(part_, path_, error);
+    if (error) {
+        std::error_code ignored;
+        fs::remove(part_, ignored);
+        fail_to_write(path_, error.value());
+    }
+}
+
+void write_file(const fs::path& path, ByteView bytes) {
+    OutputFile file(path);
+    file.write(bytes);
+    file.commit();
+}
+
+void write_file(const fs::path& path, std::string_view text) { write_file(path, std::as_bytes(std::span(text))); }
+
+}  // namespace mien::io

@@ -1,0 +1,112 @@
+#include "io/image_file.hpp"
+
+#include <fmt/format.h>
+
+#include <climits>
+#include <cstring>
+#include <memory>
+
+#include "core/environment_error.hpp"
+#include "io/file.hpp"
+#include "io/limits.hpp"
+#include "io/text.hpp"
+
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_NO_STDIO
+#define STBI_NO_GIF
+#define STBI_NO_HDR
+#define STBI_NO_PSD
+#define STBI_NO_PIC
+#define STBI_NO_PNM
+#define STBI_MAX_DIMENSIONS 16384
+#define STB_IMAGE_WRITE_IMPLEMENTATION
+#define STB_IMAGE_WRITE_STATIC
+#define STBI_WRITE_NO_STDIO
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#pragma GCC diagnostic ignored "-Wshadow"
+#include <stb_image.h>
+#include <stb_image_write.h>
+#pragma GCC diagnostic pop
+
+static_assert(mien::io::kMaxImageSide == STBI_MAX_DIMENSIONS);
+
+namespace mien::io {
+namespace {
+
+struct StbFree {
+    void operator()(stbi_uc* pixels) const { stbi_image_free(pixels); }
+};
+
+const stbi_uc* as_stb(ByteView bytes) { return reinterpret_cast<const stbi_uc*>(bytes.data()); }
+
+Error stb_error() {
+    const char* reason = stbi_failure_reason();
+    return {ErrorCode::damaged, fmt::format("the picture cannot be decoded: {}", reason ? reason : "unknown reason")};
+}
+
+Result<ImageSize> parse_image_size(ByteView bytes) {
+    ImageSize size;
+    if (bytes.size() > INT_MAX) return Error{ErrorCode::limit_exceeded, "the picture file is larger than 2 GB"};
+    if (!stbi_info_from_memory(as_stb(bytes), int(bytes.size()), &size.width, &size.height, &size.channels)) return stb_error();
+    if (size.width < 1 || size.height < 1 || size.width > kMaxImageSide || size.height > kMaxImageSide)
+        return Error{ErrorCode::limit_exceeded, fmt::format("the picture is {} x {}, more than {} a side", size.width, size.height, kMaxImageSide)};
+    return size;
+}
+
+void append_to(void* context, void* from, int size) {
+    const auto* bytes = static_cast<const std::byte*>(from);
+    auto& to = *static_cast<Bytes*>(context);
+    to.insert(to.end(), bytes, bytes + size);
+}
+
+}  // namespace
+
+Result<Image> parse_image(ByteView bytes, int channels, bool* had_alpha) {
+    assert(channels == 1 || channels == 3);
+    MIEN_TRY(size, parse_image_size(bytes));
+    Image image(size.width, size.height, channels);
+    int width = 0, height = 0, there = 0;
+    const std::unique_ptr<stbi_uc, StbFree> pixels(
+        stbi_load_from_memory(as_stb(bytes), int(bytes.size()), &width, &height, &there, channels));
+    if (!pixels || width != size.width || height != size.height) return stb_error();
+    std::memcpy(image.pixels.data(), pixels.get(), image.pixels.size());
+    if (had_alpha) *had_alpha = there == 2 || there == 4;
+    return image;
+}
+
+Result<Image> read_image(const std::filesystem::path& path, int channels, bool* had_alpha) {
+    MIEN_TRY(bytes, read_bytes(path));
+    auto image = parse_image(bytes, channels, had_alpha);
+    if (!image) return in_file(path, image.error());
+    return image;
+}
+
+Result<ImageSize> read_image_size(const std::filesystem::path& path) {
+    MIEN_TRY(bytes, read_bytes(path));
+    auto size = parse_image_size(bytes);
+    if (!size) return in_file(path, size.error());
+    return size;
+}
+
+void write_image(const std::filesystem::path& path, const Image& image, int jpeg_quality) {
+    Bytes bytes;
+    const std::string ending = lower_case(path.extension().string());
+    const bool jpeg = ending == ".jpg" || ending == ".jpeg";
+    const int written = jpeg ? stbi_write_jpg_to_func(append_to, &bytes, image.width, image.height, image.channels,
+                                                      image.pixels.data(), jpeg_quality)
+                             : stbi_write_png_to_func(append_to, &bytes, image.width, image.height, image.channels,
+                                                      image.pixels.data(), image.width * image.channels);
+    if (!written) throw EnvironmentError(fmt::format("cannot write {}: not enough memory to compress it", path.string()));
+    write_file(path, bytes);
+}
+
+bool is_image_name(const std::filesystem::path& path) {
+    const std::string ending = lower_case(path.extension().string());
+    for (const char* known : {".png", ".jpg", ".jpeg", ".bmp", ".tga"})
+        if (ending == known) return true;
+    return false;
+}
+
+}  // namespace mien::io

@@ -1,0 +1,241 @@
+#include "io/live_link.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "io/file.hpp"
+#include "io/limits.hpp"
+#include "io/text.hpp"
+
+namespace mien::io {
+namespace {
+
+constexpr std::string_view kAngles[] = {"headyaw",    "headpitch",   "headroll",    "lefteyeyaw",  "lefteyepitch",
+                                        "lefteyeroll", "righteyeyaw", "righteyepitch", "righteyeroll"};
+constexpr int kAngleCount = 9;
+constexpr double kLongestGap = 10;  // seconds: longer ones are two takes in one file, or a wrong timecode
+
+struct Timecode {
+    std::int64_t second = 0;  ///< of the day
+    double frame = 0;         ///< within the second
+};
+
+std::optional<Timecode> parse_timecode(std::string_view text) {
+    const auto fields = split(text, ':');
+    if (fields.size() != 4) return std::nullopt;
+    const auto h = parse_integer(fields[0]), m = parse_integer(fields[1]), s = parse_integer(fields[2]);
+    const auto frame = parse_double(fields[3]);
+    if (!h || !m || !s || !frame || *h < 0 || *h > 23 || *m < 0 || *m > 59 || *s < 0 || *s > 59) return std::nullopt;
+    if (!(*frame >= 0 && *frame < 240)) return std::nullopt;
+    return Timecode{*h * 3600 + *m * 60 + *s, *frame};
+}
+
+/// Timecode frames per second. The app counts to 60; other sources count to their own rate, which shows once a whole second
+/// has passed.
+double timecode_rate(const std::vector<Timecode>& times) {
+    double largest = 0;
+    for (const Timecode& t : times) largest = std::max(largest, t.frame);
+    const bool whole_second_seen = times.back().second - times.front().second >= 2;
+    if (!whole_second_seen && largest < 60) return 60;
+    for (const double rate : {24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 100.0, 120.0})
+        if (largest < rate) return rate;
+    return 240;
+}
+
+/// The usual rate nearest to `measured`, within half a percent; else `measured` in thousandths.
+Rational usual_rate(double measured) {
+    Rational best = make_rational(std::max<std::int64_t>(std::llround(measured * 1000), 1), 1000);
+    double nearest = 0.005;
+    for (const Rational rate : {Rational{10, 1}, {12, 1}, {15, 1}, {20, 1}, {24000, 1001}, {24, 1}, {25, 1}, {30000, 1001}, {30, 1},
+                                {48, 1}, {50, 1}, {60000, 1001}, {60, 1}, {90, 1}, {100, 1}, {120, 1}}) {
+        const double off = std::abs(rate.value() / measured - 1);
+        if (off < nearest) {
+            nearest = off;
+            best = rate;
+        }
+    }
+    return best;
+}
+
+struct Row {
+    Timecode time;
+    std::size_t line = 0;
+    std::vector<float> values;  ///< weights, then the nine angles
+};
+
+struct Columns {
+    std::vector<std::string> names;           ///< of the weights
+    std::vector<std::size_t> weights;         ///< column of each
+    std::optional<std::size_t> angles[kAngleCount];
+    std::size_t count = 0;
+
+    bool has_head() const { return angles[0] && angles[1] && angles[2]; }
+    bool has_eyes() const { return angles[3] && angles[4] && angles[6] && angles[7]; }
+};
+
+Result<Columns> parse_columns(std::string_view line) {
+    Columns columns;
+    const auto fields = split(line, ',');
+    columns.count = fields.size();
+    if (fields.size() < 3 || lower_case(fields[0]) != "timecode")
+        return Error{ErrorCode::bad_magic, "this is not a Live Link Face file: its first column is not Timecode"};
+    for (std::size_t i = 1; i < fields.size(); ++i) {
+        const std::string name = lower_case(fields[i]);
+        if (name == "blendshapecount" || name.empty()) continue;
+        const auto* angle = std::find(std::begin(kAngles), std::end(kAngles), name);
+        if (angle != std::end(kAngles)) {
+            columns.angles[angle - kAngles] = i;
+        } else {
+            columns.names.emplace_back(fields[i]);
+            columns.weights.push_back(i);
+        }
+    }
+    if (columns.weights.empty()) return Error{ErrorCode::invalid, "the Live Link Face file has no weights"};
+    if (std::int64_t(columns.weights.size()) > kMaxWeights) return Error{ErrorCode::limit_exceeded, "too many weights"};
+    return columns;
+}
+
+Result<std::vector<Row>> parse_rows(Lines& lines, const Columns& columns) {
+    std::vector<Row> rows;
+    for (std::string_view line; lines.next(line);) {
+        if (trimmed(line).empty()) continue;
+        const auto fields = split(line, ',');
+        const auto refuse = [&](std::string_view what) {
+            return Error{ErrorCode::invalid, fmt::format("line {}: {}", lines.number(), what)};
+        };
+        if (fields.size() != columns.count)
+            return refuse(fmt::format("{} columns where the header has {}", fields.size(), columns.count));
+        const auto time = parse_timecode(fields[0]);
+        if (!time) return refuse(fmt::format("\"{}\" is no timecode HH:MM:SS:FF.sss", fields[0]));
+        Row row{*time, lines.number(), {}};
+        const auto take = [&](std::size_t column) {
+            const auto value = parse_double(fields[column]);
+            if (!value || !std::isfinite(*value)) return false;
+            row.values.push_back(static_cast<float>(*value));
+            return true;
+        };
+        for (std::size_t i = 0; i < columns.weights.size(); ++i)
+            if (!take(columns.weights[i])) return refuse(fmt::format("weight {} is not a finite number", columns.names[i]));
+        for (int a = 0; a < kAngleCount; ++a) {
+            if (!columns.angles[a])
+                row.values.push_back(0);
+            else if (!take(*columns.angles[a]))
+                return refuse(fmt::format("angle {} is not a finite number", kAngles[a]));
+        }
+        rows.push_back(std::move(row));
+        if (std::int64_t(rows.size()) > kMaxFrames) return Error{ErrorCode::limit_exceeded, "too many frames"};
+    }
+    if (rows.empty()) return Error{ErrorCode::invalid, "the Live Link Face file has no frames"};
+    return rows;
+}
+
+RigidPose head_pose(const float* angles) {
+    const Eigen::Quaternionf rotation = Eigen::AngleAxisf(angles[0], Vec3::UnitY()) * Eigen::AngleAxisf(angles[1], Vec3::UnitX()) *
+                                        Eigen::AngleAxisf(angles[2], Vec3::UnitZ());
+    return {rotation.normalized(), Vec3::Zero()};
+}
+
+Gaze gaze(const float* angles) {
+    // ARKit turns the eye about +x by its pitch, which lowers the look.
+    return {{angles[6], angles[3]}, {-angles[7], -angles[4]}};
+}
+
+}  // namespace
+
+bool is_live_link(std::string_view text) {
+    std::string_view line;
+    return Lines(text.substr(0, 4096)).next(line) && lower_case(trimmed(line)).starts_with("timecode,");
+}
+
+Result<LiveLinkTake> parse_live_link(std::string_view text) {
+    Lines lines(text);
+    std::string_view line;
+    if (!lines.next(line)) return Error{ErrorCode::invalid, "the file is empty"};
+    MIEN_TRY(columns, parse_columns(line));
+    MIEN_TRY(rows, parse_rows(lines, columns));
+
+    std::vector<Timecode> times;
+    for (const Row& row : rows) times.push_back(row.time);
+    const double rate = timecode_rate(times);
+
+    // Steps in timecode frames; half a day backwards is midnight.
+    std::vector<double> steps;
+    for (std::size_t i = 1; i < times.size(); ++i) {
+        double seconds = double(times[i].second - times[i - 1].second);
+        if (seconds < -43200) seconds += 86400;
+        const double step = seconds * rate + times[i].frame - times[i - 1].frame;
+        if (step < 0 || step > kLongestGap * rate)
+            return Error{ErrorCode::invalid, fmt::format("line {}: the timecode jumps by {:.2f} s", rows[i].line, step / rate)};
+        steps.push_back(step);
+    }
+    double usual_step = rate / 30;
+    LiveLinkTake take;
+    take.frame_rate = {30, 1};
+    if (!steps.empty()) {
+        std::vector<double> sorted = steps;
+        std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(sorted.size() / 2), sorted.end());
+        usual_step = sorted[sorted.size() / 2];
+        if (!(usual_step > 0)) return Error{ErrorCode::invalid, "most timecodes of the file are the same"};
+        double sum = 0;
+        std::int64_t frames = 0;
+        for (const double step : steps)
+            if (std::abs(step - usual_step) < usual_step / 2) {
+                sum += step;
+                ++frames;
+            }
+        take.frame_rate = usual_rate(rate * double(frames) / sum);
+    }
+
+    std::vector<std::int64_t> frame_of_row{0};
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+        const auto frames = std::llround(steps[i] / usual_step);
+        frame_of_row.push_back(frame_of_row.back() + frames);
+        if (frames == 0) take.repeated.push_back(std::int64_t(i) + 1);
+    }
+    const std::int64_t frames = frame_of_row.back() + 1;
+    const auto count = std::int64_t(columns.weights.size());
+    if (frames > kMaxFrames || frames > std::int64_t(rows.size()) * 100 + 100000)
+        return Error{ErrorCode::limit_exceeded, "the file has more dropped frames than recorded ones"};
+
+    take.rows = std::int64_t(rows.size());
+    take.weights = WeightSequence(frames, count);
+    take.weights.names = columns.names;
+    std::vector<float> angles(std::size_t(frames) * kAngleCount);
+    const auto fill = [&](std::int64_t frame, const Row& a, const Row& b, float share) {
+        for (std::int64_t i = 0; i < count + kAngleCount; ++i) {
+            float* to = i < count ? take.weights.frame(frame) + i : angles.data() + frame * kAngleCount + i - count;
+            const auto k = std::size_t(i);
+            *to = share == 0 ? a.values[k] : a.values[k] + share * (b.values[k] - a.values[k]);
+        }
+    };
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const std::int64_t from = frame_of_row[i];
+        if (i > 0 && from == frame_of_row[i - 1]) continue;
+        fill(from, rows[i], rows[i], 0);
+        if (i == 0) continue;
+        // The row before may have been a repeat; its first row holds the frame.
+        const std::int64_t before = frame_of_row[i - 1];
+        for (std::int64_t f = before + 1; f < from; ++f) {
+            fill(f, rows[i - 1], rows[i], float(f - before) / float(from - before));
+            take.dropped.push_back(f);
+        }
+    }
+    for (std::int64_t f = 0; f < frames; ++f) {
+        const float* a = angles.data() + f * kAngleCount;
+        if (columns.has_head()) take.head_pose.push_back(head_pose(a));
+        if (columns.has_eyes()) take.gaze.push_back(gaze(a));
+    }
+    return take;
+}
+
+Result<LiveLinkTake> read_live_link(const std::filesystem::path& path) {
+    MIEN_TRY(text, read_text(path));
+    auto take = parse_live_link(text);
+    if (!take) return in_file(path, take.error());
+    return take;
+}
+
+}  // namespace mien::io

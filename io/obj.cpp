@@ -1,0 +1,290 @@
+#include "io/obj.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <iterator>
+
+#include "io/file.hpp"
+#include "io/limits.hpp"
+#include "io/surface_names.hpp"
+#include "io/text.hpp"
+
+namespace mien::io {
+namespace {
+
+constexpr std::string_view kSurfaceMaterial = "mien_";
+
+/// Walks the characters of one OBJ file. The terminating conditions are all in one place, because this loop is the speed.
+class Cursor {
+public:
+    explicit Cursor(std::string_view text) : at_(text.data()), end_(text.data() + text.size()) {
+        if (text.starts_with("\xef\xbb\xbf")) at_ += 3;
+    }
+
+    bool at_end() const { return at_ == end_; }
+    bool at_line_end() const { return at_ == end_ || *at_ == '\n' || *at_ == '\r'; }
+    std::size_t line() const { return line_; }
+
+    void skip_blanks() {
+        for (;; ++at_) {
+            while (at_ != end_ && (*at_ == ' ' || *at_ == '\t')) ++at_;
+            // A backslash before the line's end joins two lines.
+            if (at_ == end_ || *at_ != '\\') return;
+            const char* next = at_ + 1;
+            if (next != end_ && *next == '\r') ++next;
+            if (next == end_ || *next != '\n') return;
+            at_ = next;
+            ++line_;
+        }
+    }
+    void next_line() {
+        while (!at_line_end()) ++at_;
+        if (at_ != end_ && *at_ == '\r') ++at_;
+        if (at_ != end_ && *at_ == '\n') ++at_;
+        ++line_;
+    }
+    std::string_view word() {
+        skip_blanks();
+        const char* begin = at_;
+        while (!at_line_end() && *at_ != ' ' && *at_ != '\t') ++at_;
+        return {begin, static_cast<std::size_t>(at_ - begin)};
+    }
+    std::string_view rest_of_line() {
+        const char* begin = at_;
+        while (!at_line_end()) ++at_;
+        return trimmed({begin, static_cast<std::size_t>(at_ - begin)});
+    }
+    bool number(float& value) {
+        skip_blanks();
+        if (at_ != end_ && *at_ == '+') ++at_;
+        const auto [next, error] = std::from_chars(at_, end_, value);
+        if (error == std::errc::result_out_of_range) {
+            // A denormal too small for float is zero; what is too large is caught as not finite.
+            double wide = 0;
+            const auto second = std::from_chars(at_, end_, wide);
+            value = second.ec == std::errc() ? static_cast<float>(wide) : 0.0f;
+        } else if (error != std::errc()) {
+            return false;
+        }
+        at_ = next;
+        return std::isfinite(value);
+    }
+    bool integer(std::int64_t& value) {
+        if (at_ != end_ && *at_ == '+') ++at_;
+        const auto [next, error] = std::from_chars(at_, end_, value);
+        at_ = next;
+        return error == std::errc();
+    }
+    bool take(char c) {
+        if (at_ == end_ || *at_ != c) return false;
+        ++at_;
+        return true;
+    }
+
+private:
+    const char* at_;
+    const char* end_;
+    std::size_t line_ = 1;
+};
+
+Error at_line(const Cursor& cursor, ErrorCode code, std::string_view what) {
+    return {code, fmt::format("line {}: {}", cursor.line(), what)};
+}
+
+/// Names in force where faces stand, and the parts they make.
+class Parts {
+public:
+    void set(std::string_view statement, std::string_view name) {
+        (statement == "usemtl" ? material_ : statement == "g" ? group_ : object_) = std::string(name);
+        changed_ = true;
+    }
+    void add_triangles(std::vector<MeshPart>& parts, std::uint32_t first, std::uint32_t count) {
+        if (changed_ || parts.empty()) {
+            const auto [name, surface] = current();
+            if (parts.empty() || parts.back().name != name || parts.back().surface != surface)
+                parts.push_back({name, surface, first, 0});
+            changed_ = false;
+        }
+        parts.back().count += count;
+    }
+
+private:
+    std::pair<std::string, Surface> current() const {
+        const std::string* names[] = {&material_, &group_, &object_};
+        if (material_.starts_with(kSurfaceMaterial))
+            if (const auto surface = surface_from_name(std::string_view(material_).substr(kSurfaceMaterial.size())))
+                return {group_.empty() ? object_ : group_, *surface};
+        for (const std::string* name : names)
+            if (const auto surface = surface_from_name(*name)) return {*name, *surface};
+        for (const std::string* name : names)
+            if (!name->empty()) return {*name, Surface::skin};
+        return {"", Surface::skin};
+    }
+
+    std::string material_, group_, object_;
+    bool changed_ = true;
+};
+
+Result<std::uint32_t> resolve(const Cursor& cursor, std::int64_t index, std::size_t count, const char* what) {
+    const std::int64_t from_zero = index > 0 ? index - 1 : index + std::int64_t(count);
+    if (index == 0 || from_zero < 0 || from_zero >= std::int64_t(count))
+        return at_line(cursor, ErrorCode::invalid, fmt::format("{} {} does not exist ({} so far)", what, index, count));
+    return static_cast<std::uint32_t>(from_zero);
+}
+
+Points to_points(const std::vector<float>& xyz) {
+    return Eigen::Map<const Points>(xyz.data(), Eigen::Index(xyz.size() / 3), 3);
+}
+
+constexpr std::uint32_t kNoTexcoord = 0xffffffffu;
+
+struct Corner {
+    std::uint32_t vertex, texcoord;
+};
+
+Result<Corner> parse_corner(Cursor& cursor, std::size_t vertices, std::size_t texcoords) {
+    std::int64_t index = 0;
+    if (!cursor.integer(index)) return at_line(cursor, ErrorCode::invalid, "a face corner is not a number");
+    MIEN_TRY(vertex, resolve(cursor, index, vertices, "vertex"));
+    Corner corner{vertex, kNoTexcoord};
+    if (cursor.take('/')) {
+        if (!cursor.take('/')) {
+            if (!cursor.integer(index)) return at_line(cursor, ErrorCode::invalid, "a face's texture index is not a number");
+            MIEN_TRY(texcoord, resolve(cursor, index, texcoords, "texture coordinate"));
+            corner.texcoord = texcoord;
+            if (cursor.take('/')) cursor.integer(index);
+        } else {
+            cursor.integer(index);  // the normal's index says nothing we keep
+        }
+    }
+    return corner;
+}
+
+}  // namespace
+
+Result<Mesh> parse_obj(std::string_view text) {
+    Mesh mesh;
+    std::vector<float> xyz;
+    xyz.reserve(text.size() / 24);
+    std::vector<Corner> polygon;
+    Parts parts;
+    bool any_texcoord = false, any_without = false;
+
+    for (Cursor cursor(text); !cursor.at_end(); cursor.next_line()) {
+        const std::string_view word = cursor.word();
+        if (word == "v") {
+            for (int i = 0; i < 3; ++i) {
+                float value = 0;
+                if (!cursor.number(value)) return at_line(cursor, ErrorCode::invalid, "a vertex has no three finite numbers");
+                xyz.push_back(value);
+            }
+            if (xyz.size() > std::size_t(3 * kMaxVertices)) return at_line(cursor, ErrorCode::limit_exceeded, "too many vertices");
+        } else if (word == "vt") {
+            float u = 0, v = 0;
+            if (!cursor.number(u)) return at_line(cursor, ErrorCode::invalid, "a texture coordinate has no finite number");
+            cursor.skip_blanks();
+            if (!cursor.at_line_end() && !cursor.number(v))
+                return at_line(cursor, ErrorCode::invalid, "a texture coordinate has no two finite numbers");
+            mesh.texcoords.emplace_back(u, v);
+            if (mesh.texcoords.size() > std::size_t(3 * kMaxTriangles))
+                return at_line(cursor, ErrorCode::limit_exceeded, "too many texture coordinates");
+        } else if (word == "f") {
+            polygon.clear();
+            for (cursor.skip_blanks(); !cursor.at_line_end(); cursor.skip_blanks()) {
+                MIEN_TRY(corner, parse_corner(cursor, xyz.size() / 3, mesh.texcoords.size()));
+                polygon.push_back(corner);
+            }
+            if (polygon.size() < 3) return at_line(cursor, ErrorCode::invalid, "a face has fewer than three corners");
+            if (mesh.triangles.size() + polygon.size() > std::size_t(kMaxTriangles))
+                return at_line(cursor, ErrorCode::limit_exceeded, "too many triangles");
+            parts.add_triangles(mesh.parts, std::uint32_t(mesh.triangles.size()), std::uint32_t(polygon.size() - 2));
+            for (std::size_t i = 2; i < polygon.size(); ++i) {
+                const Corner &a = polygon[0], &b = polygon[i - 1], &c = polygon[i];
+                mesh.triangles.push_back({a.vertex, b.vertex, c.vertex});
+                mesh.texcoord_triangles.push_back({a.texcoord, b.texcoord, c.texcoord});
+                const bool textured = a.texcoord != kNoTexcoord && b.texcoord != kNoTexcoord && c.texcoord != kNoTexcoord;
+                (textured ? any_texcoord : any_without) = true;
+            }
+        } else if (word == "usemtl" || word == "g" || word == "o") {
+            parts.set(word, cursor.rest_of_line());
+        }
+    }
+    mesh.positions = to_points(xyz);
+    if (!any_texcoord) {
+        mesh.texcoords.clear();
+        mesh.texcoord_triangles.clear();
+    } else if (any_without) {
+        const auto spare = static_cast<std::uint32_t>(mesh.texcoords.size());
+        mesh.texcoords.emplace_back(0, 0);
+        for (Triangle& t : mesh.texcoord_triangles)
+            if (t[0] == kNoTexcoord || t[1] == kNoTexcoord || t[2] == kNoTexcoord) t = {spare, spare, spare};
+    }
+    if (mesh.parts.size() == 1 && mesh.parts[0].name.empty() && mesh.parts[0].surface == Surface::skin) mesh.parts.clear();
+    return mesh;
+}
+
+Result<Points> parse_obj_positions(std::string_view text) {
+    std::vector<float> xyz;
+    xyz.reserve(text.size() / 24);
+    for (Cursor cursor(text); !cursor.at_end(); cursor.next_line()) {
+        if (cursor.word() != "v") continue;
+        for (int i = 0; i < 3; ++i) {
+            float value = 0;
+            if (!cursor.number(value)) return at_line(cursor, ErrorCode::invalid, "a vertex has no three finite numbers");
+            xyz.push_back(value);
+        }
+        if (xyz.size() > std::size_t(3 * kMaxVertices)) return at_line(cursor, ErrorCode::limit_exceeded, "too many vertices");
+    }
+    return to_points(xyz);
+}
+
+Result<Mesh> read_obj(const std::filesystem::path& path) {
+    MIEN_TRY(text, read_text(path));
+    auto mesh = parse_obj(text);
+    if (!mesh) return in_file(path, mesh.error());
+    return mesh;
+}
+
+void write_obj(const std::filesystem::path& path, const Mesh& mesh, double unit_mm) {
+    fmt::memory_buffer text;
+    const auto out = std::back_inserter(text);
+    OutputFile file(path);
+    const auto flush = [&] {
+        file.write(std::string_view(text.data(), text.size()));
+        text.clear();
+    };
+    for (Eigen::Index v = 0; v < mesh.positions.rows(); ++v) {
+        // The shortest text that reads back as the same float.
+        const auto p = mesh.positions.row(v);
+        fmt::format_to(out, "v {} {} {}\n", float(p.x() / unit_mm), float(p.y() / unit_mm), float(p.z() / unit_mm));
+        if (text.size() > 1 << 20) flush();
+    }
+    for (const Vec2& vt : mesh.texcoords) {
+        fmt::format_to(out, "vt {} {}\n", vt.x(), vt.y());
+        if (text.size() > 1 << 20) flush();
+    }
+    auto part = mesh.parts.begin();
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        while (part != mesh.parts.end() && part->first == t) {
+            const auto guessed = surface_from_name(part->name).value_or(Surface::skin);
+            fmt::format_to(out, "g {}\n", part->name);
+            fmt::format_to(out, "usemtl {}\n",
+                           guessed == part->surface ? part->name : std::string(kSurfaceMaterial) + name_of(part->surface));
+            ++part;
+        }
+        const Triangle& v = mesh.triangles[t];
+        if (mesh.has_texcoords()) {
+            const Triangle& vt = mesh.texcoord_triangles[t];
+            fmt::format_to(out, "f {}/{} {}/{} {}/{}\n", v[0] + 1, vt[0] + 1, v[1] + 1, vt[1] + 1, v[2] + 1, vt[2] + 1);
+        } else {
+            fmt::format_to(out, "f {} {} {}\n", v[0] + 1, v[1] + 1, v[2] + 1);
+        }
+        if (text.size() > 1 << 20) flush();
+    }
+    flush();
+    file.commit();
+}
+
+}  // namespace mien::io
