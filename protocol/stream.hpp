@@ -75,6 +75,7 @@ enum class BlobKind : std::uint8_t {
     blend = 6,         ///< markers -> mesh blend coefficients, marker sites
     blendshapes = 7,   ///< targets of a weight-driven mesh
     texture = 8,       ///< a static picture (JPEG or PNG bytes)
+    eyes = 9,          ///< eyeballs that gaze turns
 };
 
 struct BlobInfo {
