@@ -15,4 +15,7 @@ using FindBlob = std::function<const Bytes*(const Hash& hash)>;
 /// as `static_albedo` only through decoder_av's decode_picture.
 Result<model::FaceModel> decode_model(const Hash& manifest, const FindBlob& find);
 
+/// Whether motion of this kind and count drives this model. Where it does not, the stream is damaged.
+bool fits(const model::FaceModel& model, const protocol::MotionInfo& info);
+
 }  // namespace mien::decoder

@@ -9,15 +9,25 @@
 
 namespace mien::encoder {
 
+struct ModelOptions {
+    protocol::MotionKind kind = protocol::MotionKind::vertices;
+    bool video_albedo = false;   ///< the stream has a texture track; else a static texture of the clip joins the model
+    float step = 1.0f / 32;      ///< grid of the neutral positions, mm
+};
+
 struct EncodedModel {
     Hash manifest;
     std::vector<protocol::StaticBlob> blobs;   ///< manifest first, then in fetching order
     model::FaceModel model;                    ///< as a decoder will have it (quantised as stored)
 };
 
-/// Makes the face model of a clip whose motion is sent as `kind` and packs it into blobs. Depends only on the static
-/// parts of the clip, so a second clip of one actor gives the same hashes. `video`: the stream has a texture track;
-/// otherwise a static texture of the clip becomes part of the model.
-Result<EncodedModel> encode_model(const Clip& clip, protocol::MotionKind kind, bool video);
+/// Grid of the neutral mesh that suits an asked RMS error: the largest power of two, mm, that adds less than a tenth to
+/// its square.
+float shape_step(double rms_mm);
+
+/// Makes the face model of a clip whose motion is sent as `options.kind` and packs it into blobs. Depends on the static
+/// parts of the clip alone, so a second clip of one actor gives the same hashes; only where no mesh is known do the
+/// markers' own mean places stand in for it.
+Result<EncodedModel> encode_model(const Clip& clip, const ModelOptions& options);
 
 }  // namespace mien::encoder

@@ -20,8 +20,9 @@ Eigen::MatrixXf blend_rows(const BlendBase& base, const Eigen::MatrixXf& markers
 }
 
 Eigen::MatrixXf blendshape_rows(const BlendshapeBase& base, const Eigen::MatrixXf& weights) {
+    if (base.targets.empty()) return Eigen::MatrixXf(0, weights.cols());  // weights without a rig: nothing to draw
     assert(Eigen::Index(base.targets.size()) == weights.rows());
-    const Eigen::Index rows = base.targets.empty() ? 0 : base.targets.front().offsets.size();
+    const Eigen::Index rows = base.targets.front().offsets.size();
     Eigen::MatrixXf targets(rows, Eigen::Index(base.targets.size()));
     for (Eigen::Index i = 0; i < targets.cols(); ++i)
         targets.col(i) = Eigen::Map<const Eigen::VectorXf>(base.targets[i].offsets.data(), rows);

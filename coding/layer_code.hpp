@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "core/clip.hpp"
+#include "core/hash.hpp"
+#include "core/result.hpp"
+
+/// Layers of a face model beside its mesh, as bytes. docs/format.md gives them.
+namespace mien::coding {
+
+/// Sparse rows of shares: row j mixes the points `columns` by `shares` (Guenter et al. 1998: the blend coefficients a_jk).
+struct SparseRows {
+    struct Term {
+        std::uint32_t column;
+        float share;  ///< 0 .. 1
+    };
+    std::vector<std::uint32_t> row_start;  ///< rows + 1
+    std::vector<Term> terms;               ///< ascending columns within a row
+};
+
+/// Shares are rounded to 1/255 so that each row keeps its sum to the nearest 1/255.
+Bytes encode_blend(const std::vector<Site>& sites, const SparseRows& rows);
+struct Blend {
+    std::vector<Site> sites;
+    SparseRows rows;
+};
+/// V: vertices of the mesh; there are as many rows.
+Result<Blend> decode_blend(ByteView bytes, std::uint32_t V);
+
+/// Targets on a grid of `step` mm, each predicted over the mesh.
+Bytes encode_blendshapes(const std::vector<Blendshape>& targets, const std::vector<Triangle>& triangles, float step);
+Result<std::vector<Blendshape>> decode_blendshapes(ByteView bytes, std::uint32_t V, const std::vector<Triangle>& triangles);
+
+/// A ball of vertices with its centre, mm.
+struct Ball {
+    Vec3 centre = Vec3::Zero();
+    std::vector<std::uint32_t> vertices;  ///< ascending
+};
+Bytes encode_eyes(const std::array<std::optional<Ball>, 2>& eyes);
+Result<std::array<std::optional<Ball>, 2>> decode_eyes(ByteView bytes, std::uint32_t V);
+
+}  // namespace mien::coding

@@ -1,0 +1,349 @@
+#include "coding/mesh_code.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "coding/integer_model.hpp"
+#include "coding/mesh_traversal.hpp"
+#include "coding/vertex_values.hpp"
+
+namespace mien::coding {
+namespace {
+
+// Of the format (docs/format.md); the same bounds as protocol/limits.hpp, which this room may not see.
+constexpr std::uint32_t kMaxVertices = 1u << 22;
+constexpr std::uint32_t kMaxTriangles = 1u << 23;
+constexpr std::size_t kMaxParts = 4096;     // film heads have some dozens
+constexpr std::size_t kMaxPartName = 256;   // bytes
+constexpr int kRecent = 32;                 // edges remembered while coding triangles
+constexpr int kLimit = 255;                 // of the adaptive counts while coding triangles
+
+Error damaged(const char* what) { return {ErrorCode::damaged, std::string("the ") + what + " blob does not decode"}; }
+
+// ---- triangles ----
+
+using Edge = std::array<std::uint32_t, 2>;
+
+/// What both sides know while they walk through the triangles in their stored order. A triangle either continues across
+/// one of the latest edges or starts afresh; a corner is the next unused vertex, a step like the last one, or a number.
+template <class Coder>
+class TriangleCoder {
+public:
+    TriangleCoder(Coder& coder, std::uint32_t V) : coder_(coder), V_(V) {}
+
+    void code(Triangle& t) {
+        std::int32_t hit = 0, rotation = 0;
+        if constexpr (!Coder::kDecodes) find(t, hit, rotation);
+        edges_.code(coder_, hit, {{last_hit_, last_rotation_ * 3 + last_kind_[2]}, 0, 0});
+        if (hit < 0 || hit > int(recent_.size())) return coder_.fail();
+        if (hit > 0) {
+            const Edge edge = recent_[recent_.size() - std::size_t(hit)];
+            rotations_.code(coder_, rotation, {{last_rotation_, std::min(hit, 7)}, 0, 0});
+            if (rotation < 0 || rotation > 2) return coder_.fail();
+            const int r = rotation;
+            if (Coder::kDecodes) {
+                t[r] = edge[1];
+                t[(r + 1) % 3] = edge[0];
+            }
+            corner(t[(r + 2) % 3], edge[0], edge[1], 2);
+            recent_.erase(recent_.end() - hit);
+            remember({t[(r + 1) % 3], t[(r + 2) % 3]});
+            remember({t[(r + 2) % 3], t[r]});
+        } else {
+            corner(t[0], last_[0], last_[1], 0);
+            corner(t[1], t[0], last_[1], 1);
+            corner(t[2], t[1], t[0], 2);
+            for (int i = 0; i < 3; ++i) remember({t[i], t[(i + 1) % 3]});
+        }
+        last_ = t;
+        last_hit_ = std::min(hit, 31);
+        last_rotation_ = rotation;
+    }
+
+private:
+    void find(const Triangle& t, std::int32_t& hit, std::int32_t& rotation) const {
+        for (std::size_t back = 1; back <= recent_.size(); ++back) {
+            const Edge edge = recent_[recent_.size() - back];
+            for (int r = 0; r < 3; ++r)
+                if (t[r] == edge[1] && t[(r + 1) % 3] == edge[0]) {
+                    hit = std::int32_t(back);
+                    rotation = r;
+                    return;
+                }
+        }
+    }
+    void remember(const Edge& edge) {
+        if (recent_.size() == kRecent) recent_.erase(recent_.begin());
+        recent_.push_back(edge);
+    }
+
+    /// One corner, given two known ones. kind: 0 the next unused vertex, 1 as far from `a` as the last corner was from its
+    /// own, 2 one of the latest edges' ends, 3 a number.
+    void corner(std::uint32_t& v, std::uint32_t a, std::uint32_t b, int place) {
+        const std::uint32_t stepped = std::uint32_t(std::int64_t(a) + last_delta_[place]);
+        std::int32_t kind = 3, which = 0;
+        if constexpr (!Coder::kDecodes) {
+            if (v == next_) kind = 0;
+            else if (v == stepped) kind = 1;
+            else if ((which = end_of_recent(v, a, b)) >= 0) kind = 2;
+        }
+        kinds_.code(coder_, kind, {{last_kind_[place], place * 32 + std::min(last_hit_, 31), last_kind_[place] * 4 + before_kind_[place]}, 0, 0});
+        if (kind < 0 || kind > 3) return coder_.fail();
+        if (kind == 2) {
+            whichs_.code(coder_, which, {{place, std::min(last_hit_, 31)}, 0, 0});
+            if (which < 0 || which >= int(recent_.size())) return coder_.fail();
+        }
+        std::int32_t delta = 0;
+        if (kind == 3) {
+            if constexpr (!Coder::kDecodes) delta = std::int32_t(std::int64_t(v) - a);
+            numbers_.code(coder_, delta, {{place, magnitude_level(std::uint32_t(std::abs(last_delta_[place])), 16)}, 0, 0});
+        }
+        if (Coder::kDecodes)
+            v = kind == 0 ? next_ : kind == 1 ? stepped : kind == 2 ? recent_[recent_.size() - 1 - std::size_t(which)][1]
+                                                                    : std::uint32_t(std::int64_t(a) + delta);
+        if (v >= V_) {
+            v = 0;
+            return coder_.fail();
+        }
+        if (kind != 2) last_delta_[place] = std::int32_t(std::int64_t(v) - a);
+        before_kind_[place] = last_kind_[place];
+        last_kind_[place] = kind;
+        if (v >= next_) next_ = v + 1;
+    }
+    std::int32_t end_of_recent(std::uint32_t v, std::uint32_t a, std::uint32_t b) const {
+        if (v == a || v == b) return -1;
+        for (std::size_t i = 0; i < recent_.size(); ++i)
+            if (recent_[recent_.size() - 1 - i][1] == v) return std::int32_t(i);
+        return -1;
+    }
+
+    static IntegerModel model(std::initializer_list<int> contexts) {
+        return IntegerModel(std::vector<int>(contexts), 1, 1, kLimit);
+    }
+
+    Coder& coder_;
+    std::uint32_t V_;
+    std::uint32_t next_ = 0;            ///< the lowest vertex number above all used
+    std::vector<Edge> recent_;          ///< latest last
+    Triangle last_{};
+    int last_hit_ = 0, last_rotation_ = 0;
+    std::array<std::int32_t, 3> last_delta_{};
+    std::array<int, 3> last_kind_{}, before_kind_{};
+    IntegerModel edges_ = model({32, 12}), rotations_ = model({3, 8}), kinds_ = model({4, 96, 16}), whichs_ = model({3, 32}),
+                 numbers_ = model({3, 16});
+};
+
+// ---- values over a mesh ----
+
+void write_coded(ByteWriter& out, RangeEncoder& coder) {
+    const Bytes bytes = coder.finish();
+    out.varint(bytes.size());
+    out.bytes(bytes);
+}
+
+std::vector<std::array<std::int32_t, 3>> on_grid(PointsRef points, float step) {
+    std::vector<std::array<std::int32_t, 3>> values(std::size_t(points.rows()));
+    for (std::size_t i = 0; i < values.size(); ++i)
+        for (int c = 0; c < 3; ++c) {
+            const double v = std::round(double(points(Eigen::Index(i), c)) / step);
+            assert(std::abs(v) <= kMaxVertexValue);
+            values[i][std::size_t(c)] = std::int32_t(v);
+        }
+    return values;
+}
+
+}  // namespace
+
+Bytes encode_connectivity(std::uint32_t V, const std::vector<Triangle>& triangles) {
+    ByteWriter out;
+    out.varint(V);
+    out.varint(triangles.size());
+    RangeEncoder coder;
+    TriangleCoder walk(coder, V);
+    for (Triangle t : triangles) walk.code(t);
+    write_coded(out, coder);
+    return out.take();
+}
+
+Result<Connectivity> decode_connectivity(ByteView bytes) {
+    ByteReader in(bytes);
+    Connectivity mesh;
+    const std::uint64_t V = in.varint(), T = in.varint();
+    if (in.ok() && (V > kMaxVertices || T > kMaxTriangles || (T > 0 && V == 0)))
+        return Error{ErrorCode::limit_exceeded, "the connectivity blob announces more vertices or triangles than a mesh may have"};
+    const ByteView coded = in.bytes(in.varint());
+    if (!in.ok() || !in.at_end()) return damaged("connectivity");
+    mesh.V = std::uint32_t(V);
+    RangeDecoder coder(coded);
+    TriangleCoder walk(coder, mesh.V);
+    // No allocation for what is only announced: a triangle costs at least a small fraction of a bit.
+    mesh.triangles.reserve(std::min<std::uint64_t>(T, 65536));
+    for (std::uint64_t t = 0; t < T; ++t) {
+        Triangle triangle{};
+        walk.code(triangle);
+        if (coder.failed()) return damaged("connectivity");
+        mesh.triangles.push_back(triangle);
+    }
+    if (!coder.complete()) return damaged("connectivity");
+    return mesh;
+}
+
+Bytes encode_shape(const Mesh& mesh, float step) {
+    ByteWriter out;
+    out.varint(mesh.vertex_count());
+    out.f32(step);
+    out.varint(mesh.parts.size());
+    for (const MeshPart& part : mesh.parts) {
+        out.text(part.name.substr(0, kMaxPartName));
+        out.u8(std::uint8_t(part.surface));
+        out.varint(part.first);
+        out.varint(part.count);
+    }
+    auto values = on_grid(mesh.positions, step);
+    RangeEncoder coder;
+    VertexValueModel<3> model;
+    code_values<3>(coder, model, traverse(mesh.vertex_count(), mesh.triangles), values);
+    write_coded(out, coder);
+    return out.take();
+}
+
+Result<void> decode_shape(ByteView bytes, std::uint32_t V, Mesh& mesh) {
+    ByteReader in(bytes);
+    const std::uint64_t announced = in.varint();
+    const float step = in.f32();
+    const std::uint64_t parts = in.varint();
+    if (!in.ok()) return damaged("shape");
+    if (announced != V) return Error{ErrorCode::mismatch, "the shape blob and the connectivity blob disagree on the number of vertices"};
+    if (!(step > 1e-9f && step < 1e6f)) return damaged("shape");
+    if (parts > kMaxParts) return Error{ErrorCode::limit_exceeded, "the shape blob announces too many parts"};
+    mesh.parts.clear();
+    std::uint64_t next = 0;
+    for (std::uint64_t i = 0; i < parts; ++i) {
+        MeshPart part;
+        part.name = in.text(kMaxPartName);
+        const std::uint8_t surface = in.u8();
+        const std::uint64_t first = in.varint(), count = in.varint();
+        if (!in.ok() || surface > std::uint8_t(Surface::other) || first < next || count > mesh.triangles.size() ||
+            first > mesh.triangles.size() - count)
+            return damaged("shape");
+        part.surface = Surface(surface);
+        part.first = std::uint32_t(first);
+        part.count = std::uint32_t(count);
+        next = first + count;
+        mesh.parts.push_back(std::move(part));
+    }
+    const ByteView coded = in.bytes(in.varint());
+    if (!in.ok() || !in.at_end()) return damaged("shape");
+    std::vector<std::array<std::int32_t, 3>> values(V);
+    RangeDecoder coder(coded);
+    VertexValueModel<3> model;
+    code_values<3>(coder, model, traverse(V, mesh.triangles), values);
+    if (!coder.complete()) return damaged("shape");
+    mesh.positions.resize(V, 3);
+    for (std::uint32_t v = 0; v < V; ++v)
+        for (int c = 0; c < 3; ++c) mesh.positions(v, c) = step * float(values[v][std::size_t(c)]);
+    return {};
+}
+
+Bytes encode_points(PointsRef points, float step) {
+    Mesh mesh;
+    mesh.positions = points;
+    return encode_shape(mesh, step);
+}
+
+Result<Points> decode_points(ByteView bytes) {
+    ByteReader in(bytes);
+    const std::uint64_t N = in.varint();
+    if (!in.ok()) return damaged("shape");
+    if (N > kMaxVertices) return Error{ErrorCode::limit_exceeded, "the shape blob announces too many points"};
+    Mesh mesh;
+    MIEN_CHECK(decode_shape(bytes, std::uint32_t(N), mesh));
+    return mesh.positions;
+}
+
+namespace {
+
+constexpr float kTexcoordStep = 1.0f / 65536;
+
+/// Texture triangles beside position triangles: a corner keeps the coordinate last used with its vertex, takes the next
+/// unused one, the one with the vertex's own number, or a number.
+template <class Coder>
+void code_texture_corners(Coder& coder, const std::vector<Triangle>& triangles, std::uint32_t V, std::uint32_t VT,
+                          std::vector<Triangle>& texture) {
+    constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
+    IntegerModel kinds(std::vector<int>{4, 16, 8}, 1, 1, kLimit), numbers(std::vector<int>{1, 16}, 1, 1, kLimit);
+    std::vector<std::uint32_t> last(V, kUnused);
+    std::uint32_t next = 0, before = 0;
+    int last_kind = 0, older_kind = 0, number_level = 0;
+    for (std::size_t t = 0; t < triangles.size(); ++t)
+        for (int i = 0; i < 3; ++i) {
+            const std::uint32_t v = triangles[t][std::size_t(i)];
+            std::uint32_t& vt = texture[t][std::size_t(i)];
+            std::int32_t kind = 3;
+            if constexpr (!Coder::kDecodes) kind = vt == last[v] ? 0 : vt == v ? 1 : vt == next ? 2 : 3;
+            kinds.code(coder, kind, {{last_kind, last_kind * 4 + older_kind, (last[v] == kUnused) * 4 + last_kind}, 0, 0});
+            if (kind < 0 || kind > 3 || (kind == 0 && last[v] == kUnused)) return coder.fail();
+            std::int32_t delta = 0;
+            if (kind == 3) {
+                if constexpr (!Coder::kDecodes) delta = std::int32_t(std::int64_t(vt) - before);
+                numbers.code(coder, delta, {{0, number_level}, 0, 0});
+                number_level = magnitude_level(std::uint32_t(std::abs(delta)), 16);
+            }
+            if (Coder::kDecodes)
+                vt = kind == 0 ? last[v] : kind == 1 ? v : kind == 2 ? next : std::uint32_t(std::int64_t(before) + delta);
+            if (vt >= VT || coder.failed()) {
+                vt = 0;
+                return coder.fail();
+            }
+            last[v] = vt;
+            before = vt;
+            next = std::max(next, vt + 1);
+            older_kind = last_kind;
+            last_kind = kind;
+        }
+}
+
+}  // namespace
+
+Bytes encode_texcoords(const Mesh& mesh) {
+    const auto VT = std::uint32_t(mesh.texcoords.size());
+    ByteWriter out;
+    out.varint(VT);
+    RangeEncoder coder;
+    auto corners = mesh.texcoord_triangles;
+    code_texture_corners(coder, mesh.triangles, mesh.vertex_count(), VT, corners);
+    std::vector<std::array<std::int32_t, 2>> values(VT);
+    for (std::uint32_t i = 0; i < VT; ++i)
+        for (int c = 0; c < 2; ++c)
+            values[i][std::size_t(c)] = std::int32_t(std::lround(std::clamp(mesh.texcoords[i][c], -128.0f, 128.0f) / kTexcoordStep));
+    VertexValueModel<2> model;
+    code_values<2>(coder, model, traverse(VT, mesh.texcoord_triangles), values);
+    write_coded(out, coder);
+    return out.take();
+}
+
+Result<void> decode_texcoords(ByteView bytes, Mesh& mesh) {
+    ByteReader in(bytes);
+    const std::uint64_t VT = in.varint();
+    const ByteView coded = in.bytes(in.varint());
+    if (!in.ok() || !in.at_end()) return damaged("texture coordinate");
+    if (VT > kMaxVertices || VT == 0) return Error{ErrorCode::limit_exceeded, "the texture coordinate blob announces no or too many coordinates"};
+    RangeDecoder coder(coded);
+    std::vector<Triangle> corners(mesh.triangles.size());
+    code_texture_corners(coder, mesh.triangles, mesh.vertex_count(), std::uint32_t(VT), corners);
+    if (coder.failed()) return damaged("texture coordinate");
+    std::vector<std::array<std::int32_t, 2>> values(VT);
+    VertexValueModel<2> model;
+    code_values<2>(coder, model, traverse(std::uint32_t(VT), corners), values);
+    if (!coder.complete()) return damaged("texture coordinate");
+    mesh.texcoord_triangles = std::move(corners);
+    mesh.texcoords.resize(VT);
+    for (std::size_t i = 0; i < VT; ++i)
+        mesh.texcoords[i] = {kTexcoordStep * float(values[i][0]), kTexcoordStep * float(values[i][1])};
+    return {};
+}
+
+}  // namespace mien::coding

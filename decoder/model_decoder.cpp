@@ -1,0 +1,123 @@
+#include "decoder/model_decoder.hpp"
+
+#include "coding/layer_code.hpp"
+#include "coding/mesh_code.hpp"
+#include "protocol/messages.hpp"
+
+namespace mien::decoder {
+namespace {
+
+using protocol::Layer;
+using protocol::LayerKind;
+
+class Unpacker {
+public:
+    explicit Unpacker(const FindBlob& find) : find_(find) {}
+
+    Result<model::FaceModel> run(const Hash& manifest_hash) {
+        MIEN_TRY(bytes, blob(manifest_hash));
+        MIEN_TRY(manifest, protocol::parse_manifest(*bytes));
+        model_.actor = manifest.actor;
+        for (const Layer& layer : manifest.layers) MIEN_CHECK(add(layer));
+        return std::move(model_);
+    }
+
+private:
+    Result<const Bytes*> blob(const Hash& hash) const {
+        const Bytes* bytes = find_(hash);
+        if (!bytes) return Error{ErrorCode::missing, "the face model lacks its blob " + hash.hex().substr(0, 12)};
+        return bytes;
+    }
+    Result<const Bytes*> blob(const Layer& layer, std::size_t i) const {
+        if (i >= layer.blobs.size()) return Error{ErrorCode::damaged, "the model manifest names too few blobs for a layer"};
+        return blob(layer.blobs[i]);
+    }
+
+    Result<Mesh> mesh_of(const Layer& layer) const {
+        MIEN_TRY(connectivity_bytes, blob(layer, 0));
+        MIEN_TRY(connectivity, coding::decode_connectivity(*connectivity_bytes));
+        Mesh mesh;
+        mesh.triangles = std::move(connectivity.triangles);
+        MIEN_TRY(shape_bytes, blob(layer, 1));
+        MIEN_CHECK(coding::decode_shape(*shape_bytes, connectivity.V, mesh));
+        if (layer.blobs.size() > 2) {
+            MIEN_TRY(texcoord_bytes, blob(layer, 2));
+            MIEN_CHECK(coding::decode_texcoords(*texcoord_bytes, mesh));
+        }
+        return mesh;
+    }
+
+    Result<void> add(const Layer& layer) {
+        const std::uint32_t V = model_.neutral.vertex_count();
+        switch (layer.kind) {
+            case LayerKind::shape: {
+                MIEN_TRY(mesh, mesh_of(layer));
+                model_.neutral = std::move(mesh);
+                break;
+            }
+            case LayerKind::vertex_basis: model_.base = model::VertexBase{}; break;
+            case LayerKind::blend: {
+                MIEN_TRY(bytes, blob(layer, 0));
+                MIEN_TRY(stored, coding::decode_blend(*bytes, V));
+                model::BlendBase base;
+                base.markers.resize(Eigen::Index(stored.sites.size()), 3);
+                for (std::size_t m = 0; m < stored.sites.size(); ++m)
+                    base.markers.row(Eigen::Index(m)) = stored.sites[m].position(model_.neutral.positions).transpose();
+                base.sites = std::move(stored.sites);
+                base.row_start = std::move(stored.rows.row_start);
+                for (const auto& term : stored.rows.terms) base.terms.push_back({term.column, term.share});
+                model_.base = std::move(base);
+                break;
+            }
+            case LayerKind::blendshapes: {
+                model::BlendshapeBase base;
+                if (!layer.blobs.empty()) {
+                    MIEN_TRY(bytes, blob(layer, 0));
+                    MIEN_TRY(targets, coding::decode_blendshapes(*bytes, V, model_.neutral.triangles));
+                    base.targets = std::move(targets);
+                }
+                model_.base = std::move(base);
+                break;
+            }
+            case LayerKind::points: {
+                MIEN_TRY(mesh, mesh_of(layer));
+                model_.base = model::PointBase{std::move(mesh.positions), std::move(mesh.triangles)};
+                break;
+            }
+            case LayerKind::eyes: {
+                MIEN_TRY(bytes, blob(layer, 0));
+                MIEN_TRY(eyes, coding::decode_eyes(*bytes, V));
+                for (std::size_t side = 0; side < 2; ++side)
+                    if (eyes[side]) model_.eyes[side] = model::Eyeball{eyes[side]->centre, eyes[side]->vertices};
+                break;
+            }
+            case LayerKind::static_albedo:
+                // Pictures need a codec: whoever has one unpacks layer.blobs[0] (decoder_av's decode_picture).
+                MIEN_CHECK(blob(layer, 0));
+                break;
+            case LayerKind::video_albedo: model_.video_albedo = true; break;
+        }
+        return {};
+    }
+
+    const FindBlob& find_;
+    model::FaceModel model_;
+};
+
+}  // namespace
+
+Result<model::FaceModel> decode_model(const Hash& manifest, const FindBlob& find) { return Unpacker(find).run(manifest); }
+
+bool fits(const model::FaceModel& model, const protocol::MotionInfo& info) {
+    using protocol::MotionKind;
+    if (std::holds_alternative<model::VertexBase>(model.base))
+        return info.kind == MotionKind::vertices && info.count == model.neutral.vertex_count();
+    if (const auto* blend = std::get_if<model::BlendBase>(&model.base))
+        return info.kind == MotionKind::markers && info.count == blend->sites.size();
+    if (const auto* points = std::get_if<model::PointBase>(&model.base))
+        return info.kind == MotionKind::markers && Eigen::Index(info.count) == points->markers.rows();
+    const auto& shapes = std::get<model::BlendshapeBase>(model.base);
+    return info.kind == MotionKind::weights && (shapes.targets.empty() || shapes.targets.size() == info.count);
+}
+
+}  // namespace mien::decoder
