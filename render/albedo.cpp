@@ -1,0 +1,92 @@
+#include "render/albedo.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+
+namespace mien::render {
+namespace {
+
+/// Y'CbCr in [0, 1] per sample -> R'G'B': rgb = to_rgb * (yuv - offset). ITU-T H.273, matrix coefficients 1 and 6.
+void conversion(YuvView::Matrix matrix, bool full_range, Eigen::Matrix3f& to_rgb, Vec3& offset) {
+    const float kr = matrix == YuvView::Matrix::bt709 ? 0.2126f : 0.299f;
+    const float kb = matrix == YuvView::Matrix::bt709 ? 0.0722f : 0.114f;
+    const float kg = 1 - kr - kb;
+    const float luma = full_range ? 1 : 255.0f / 219, chroma = full_range ? 1 : 255.0f / 224;
+    const float r = 2 * (1 - kr), b = 2 * (1 - kb);
+    to_rgb << luma, 0, chroma * r,                                //
+        luma, -chroma * b * kb / kg, -chroma * r * kr / kg,       //
+        luma, chroma * b, 0;
+    offset = Vec3(full_range ? 0 : 16.0f / 255, 128.0f / 255, 128.0f / 255);
+}
+
+}  // namespace
+
+void Albedo::allocate(Plane& plane, int width, int height, GLenum format) {
+    if (plane.width == width && plane.height == height && plane.format == format) return;
+    plane.texture = gl::make_texture(GL_TEXTURE_2D);
+    plane.width = width;
+    plane.height = height;
+    plane.format = format;
+    const int levels = std::bit_width(unsigned(std::max(width, height)));
+    const GLuint id = plane.texture.id();
+    glTextureStorage2D(id, levels, format, width, height);
+    glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+    glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    glTextureParameteri(id, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glTextureParameteri(id, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+}
+
+void Albedo::set(const YuvView& picture) {
+    assert(picture.width > 0 && picture.height > 0);
+    kind_ = Kind::yuv;
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    for (int i = 0; i < 3; ++i) {
+        const int width = i == 0 ? picture.width : picture.chroma_width;
+        const int height = i == 0 ? picture.height : picture.chroma_height;
+        allocate(planes_[i], width, height, GL_R8);
+        glPixelStorei(GL_UNPACK_ROW_LENGTH, picture.strides[i]);
+        glTextureSubImage2D(planes_[i].texture.id(), 0, 0, 0, width, height, GL_RED, GL_UNSIGNED_BYTE, picture.planes[i]);
+        glGenerateTextureMipmap(planes_[i].texture.id());
+    }
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+    conversion(picture.matrix, picture.full_range, to_rgb_, offset_);
+    // Chroma of half width lies on the even luma columns (left), and between two luma rows (centre): the default of
+    // MPEG-4, H.264 and HEVC. OpenGL takes samples as centred both ways, so half a luma column is put right here.
+    const float across = float(picture.width) / picture.chroma_width;
+    const float ratio = across > 1.5f ? 2 : 1, down = float(picture.height) / picture.chroma_height > 1.5f ? 2 : 1;
+    chroma_place_ = {picture.width / (ratio * picture.chroma_width), picture.height / (down * picture.chroma_height),
+                     ratio == 2 ? 0.25f / picture.chroma_width : 0.0f, 0};
+}
+
+void Albedo::set(const Image& picture) {
+    assert(picture.width > 0 && picture.height > 0);
+    kind_ = Kind::rgb;
+    const GLenum layout = picture.channels == 4 ? GL_RGBA : picture.channels == 3 ? GL_RGB : GL_RED;
+    allocate(picture_, picture.width, picture.height, GL_SRGB8_ALPHA8);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    std::vector<std::uint8_t> grey;
+    const std::uint8_t* pixels = picture.pixels.data();
+    if (layout == GL_RED) {  // sRGB textures have no single-channel form
+        for (const std::uint8_t v : picture.pixels) grey.insert(grey.end(), 3, v);
+        pixels = grey.data();
+    }
+    glTextureSubImage2D(picture_.texture.id(), 0, 0, 0, picture.width, picture.height, layout == GL_RED ? GL_RGB : layout,
+                        GL_UNSIGNED_BYTE, pixels);
+    glGenerateTextureMipmap(picture_.texture.id());
+}
+
+void Albedo::apply(gl::Program& program) const {
+    if (kind_ == Kind::rgb) glBindTextureUnit(0, picture_.texture.id());
+    if (kind_ != Kind::yuv) return;
+    for (int i = 0; i < 3; ++i) glBindTextureUnit(GLuint(i), planes_[i].texture.id());
+    program.set("to_rgb", to_rgb_);
+    program.set("yuv_offset", offset_);
+    program.set("chroma_place", chroma_place_);
+}
+
+const char* Albedo::defines(Kind kind) {
+    return kind == Kind::none ? "#define ALBEDO_NONE\n" : kind == Kind::rgb ? "#define ALBEDO_RGB\n" : "#define ALBEDO_YUV\n";
+}
+
+}  // namespace mien::render

@@ -1,0 +1,216 @@
+#include "render/face_renderer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+
+#include "embedded_mien_render.hpp"
+#include "render/albedo.hpp"
+#include "render/corners.hpp"
+#include "render/gl.hpp"
+#include "render/point_cloud.hpp"
+#include "render/shadow_map.hpp"
+#include "render/shape.hpp"
+
+namespace mien::render {
+namespace {
+
+std::string surface_defines(Surface surface) {
+    return fmt::format(
+        "#define SKIN 0\n#define EYE 1\n#define CORNEA 2\n#define TEETH 3\n#define MOUTH 4\n#define LASHES 5\n"
+        "#define HAIR 6\n#define OTHER 7\n#define SURFACE {}\n",
+        int(surface));
+}
+
+}  // namespace
+
+struct FaceRenderer::State {
+    State(const model::FaceModel& model, const model::LinearMotion& composed)
+        : shape(model, composed), box(bounding_box(model::neutral_points(model))) {
+        if (const auto* base = std::get_if<model::PointBase>(&model.base)) {
+            points.emplace(*base);
+        } else {
+            const Corners made = make_corners(model);
+            batches = made.batches;
+            corners = gl::make_buffer(sizeof(Corner) * made.corners.size(), made.corners.data());
+            indices = gl::make_buffer(sizeof(std::uint32_t) * made.indices.size(), made.indices.data());
+            index_count = GLsizei(made.indices.size());
+            neutral = gl::make_buffer(sizeof(float) * model.neutral.positions.size(), model.neutral.positions.data());
+            make_layout();
+        }
+        any = gl::make_vertex_array();
+        backdrop = gl::make_program(embedded::shaders_backdrop_vert, embedded::shaders_backdrop_frag);
+    }
+
+    void make_layout() {
+        layout = gl::make_vertex_array();
+        const GLuint id = layout.id();
+        glVertexArrayVertexBuffer(id, 0, corners.id(), 0, sizeof(Corner));
+        glVertexArrayElementBuffer(id, indices.id());
+        glVertexArrayAttribIFormat(id, 0, 1, GL_UNSIGNED_INT, offsetof(Corner, vertex));
+        glVertexArrayAttribFormat(id, 1, 2, GL_FLOAT, GL_FALSE, offsetof(Corner, u));
+        glVertexArrayAttribFormat(id, 2, 4, GL_FLOAT, GL_FALSE, offsetof(Corner, feature));
+        for (GLuint attribute = 0; attribute < 3; ++attribute) {
+            glVertexArrayAttribBinding(id, attribute, 0);
+            glEnableVertexArrayAttrib(id, attribute);
+        }
+    }
+
+    gl::Program& program(Surface surface, Albedo::Kind kind) {
+        const auto [at, fresh] = programs.try_emplace({surface, kind});
+        if (fresh)
+            at->second = gl::make_program(embedded::shaders_face_vert, embedded::shaders_face_frag,
+                                          surface_defines(surface) + Albedo::defines(kind));
+        return at->second;
+    }
+
+    void form(const ShapeSteps& steps) {
+        if (motion && (stale || !(steps == formed))) shape.form(*motion, steps);
+        stale = false;
+        formed = steps;
+    }
+
+    void draw_face(const Camera& camera, const Look& look, const Target& target);
+    void draw_batch(const Batch& batch, gl::Program& program);
+
+    Shape shape;
+    Albedo albedo;
+    Eigen::AlignedBox3f box;               // of the neutral points, head space
+    std::optional<model::Motion> motion;   // none: positions came from outside
+    bool stale = false;
+    ShapeSteps formed;
+
+    std::vector<Batch> batches;
+    gl::Buffer corners, indices, neutral;
+    GLsizei index_count = 0;
+    gl::VertexArray layout, any;
+    std::map<std::pair<Surface, Albedo::Kind>, gl::Program> programs;
+    std::optional<PointCloud> points;
+    std::optional<ShadowMap> shadow;       // made when first wanted
+    gl::Program backdrop;
+};
+
+FaceRenderer::FaceRenderer(const model::FaceModel& model, const model::LinearMotion& composed)
+    : state_(std::make_unique<State>(model, composed)) {}
+FaceRenderer::~FaceRenderer() = default;
+
+void FaceRenderer::set_motion(const model::Motion& motion) {
+    state_->motion = motion;
+    state_->stale = true;
+    if (state_->points) state_->points->set_presence(motion.presence);
+}
+
+void FaceRenderer::set_positions(PointsRef positions, const RigidPose& pose) {
+    state_->motion.reset();
+    state_->shape.form(positions, pose);
+    if (!state_->points) return;
+    std::vector<std::uint8_t> presence(std::size_t(positions.rows()));
+    for (Eigen::Index i = 0; i < positions.rows(); ++i) presence[std::size_t(i)] = positions.row(i).allFinite();
+    state_->points->set_presence(presence);
+}
+
+void FaceRenderer::set_texture(const YuvView& picture) { state_->albedo.set(picture); }
+void FaceRenderer::set_texture(const Image& picture) { state_->albedo.set(picture); }
+void FaceRenderer::clear_texture() { state_->albedo.clear(); }
+
+void FaceRenderer::State::draw_batch(const Batch& batch, gl::Program& program) {
+    program.use();
+    glDrawElements(GL_TRIANGLES, GLsizei(batch.count), GL_UNSIGNED_INT,
+                   reinterpret_cast<const void*>(std::size_t(batch.first) * sizeof(std::uint32_t)));
+}
+
+void FaceRenderer::State::draw_face(const Camera& camera, const Look& look, const Target& target) {
+    const bool shadowed = look.shadows && look.lit;
+    Eigen::Matrix4f light_projection = Eigen::Matrix4f::Identity();
+    if (shadowed) {
+        if (!shadow) shadow.emplace();
+        const Vec3 centre = shape.pose().apply(box.center());
+        light_projection = ShadowMap::projection(look.lighting.lights[0].towards, centre, box.diagonal().norm() * 0.55f);
+        shadow->draw(shape.positions(), layout, index_count, light_projection);
+        target.bind();
+    }
+    const Eigen::Matrix4f view_projection =
+        camera.projection(float(target.width()) / float(target.height())) * camera.view();
+    glBindVertexArray(layout.id());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, shape.positions().id());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, shape.normals().id());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, neutral.id());
+    for (const Batch& batch : batches) {
+        const bool cornea = batch.surface == Surface::cornea;
+        if (cornea && !look.lit) continue;
+        const bool textured = look.texture && batch.textured && !cornea;
+        gl::Program& p = program(batch.surface, textured ? albedo.kind() : Albedo::Kind::none);
+        if (textured) albedo.apply(p);
+        p.set("view_projection", view_projection);
+        p.set("light_projection", light_projection);
+        p.set("head_rotation", Eigen::Matrix3f(shape.pose().rotation.toRotationMatrix()));
+        p.set("head_translation", shape.pose().translation);
+        p.set("eye", camera.eye);
+        p.set("sky", look.lighting.sky);
+        p.set("ground", look.lighting.ground);
+        constexpr const char* kTowards[] = {"light_towards[0]", "light_towards[1]", "light_towards[2]"};
+        constexpr const char* kColour[] = {"light_colour[0]", "light_colour[1]", "light_colour[2]"};
+        for (int i = 0; i < 3; ++i) {
+            p.set(kTowards[i], look.lighting.lights[i].towards);
+            p.set(kColour[i], look.lighting.lights[i].colour);
+        }
+        p.set("specular", look.lighting.specular);
+        p.set("lit", int(look.lit));
+        p.set("shadows", int(shadowed));
+        p.set("wireframe", 0);
+        if (cornea) {
+            glEnable(GL_BLEND);
+            glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+            glDepthMask(GL_FALSE);
+        }
+        draw_batch(batch, p);
+        if (look.wireframe && !cornea) {
+            glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
+            glEnable(GL_POLYGON_OFFSET_LINE);
+            glPolygonOffset(-1, -1);
+            p.set("wireframe", 1);
+            draw_batch(batch, p);
+            glDisable(GL_POLYGON_OFFSET_LINE);
+            glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+        }
+        if (cornea) {
+            glDisable(GL_BLEND);
+            glDepthMask(GL_TRUE);
+        }
+    }
+}
+
+void FaceRenderer::draw(const Camera& camera, const Look& look, Target& target) {
+    State& s = *state_;
+    s.form(look.steps);
+    target.bind();
+    glEnable(GL_FRAMEBUFFER_SRGB);
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_LEQUAL);
+    glDepthMask(GL_TRUE);
+    glDisable(GL_BLEND);
+    glDisable(GL_CULL_FACE);
+    glDisable(GL_SCISSOR_TEST);
+    glClearColor(0, 0, 0, 1);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    if (s.points) {
+        const float aspect = float(target.width()) / float(target.height());
+        s.points->draw(s.shape.positions(), camera, aspect, target.height(), look.lighting, look.wireframe);
+    } else {
+        s.draw_face(camera, look, target);
+    }
+    if (look.backdrop) {  // last: only where nothing hides it
+        s.backdrop.use();
+        glBindVertexArray(s.any.id());
+        glDrawArrays(GL_TRIANGLES, 0, 3);
+    }
+}
+
+Points FaceRenderer::read_positions() const { return state_->shape.read_positions(); }
+Points FaceRenderer::read_normals() const { return state_->shape.read_normals(); }
+
+}  // namespace mien::render

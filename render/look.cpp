@@ -1,0 +1,20 @@
+#include "render/look.hpp"
+
+namespace mien::render {
+
+Lighting Lighting::studio() {
+    Lighting lighting;
+    lighting.lights[0] = {Vec3(-0.52f, 0.52f, 0.80f).normalized(), Vec3(0.86f, 0.80f, 0.73f)};
+    lighting.lights[1] = {Vec3(0.80f, 0.05f, 0.62f).normalized(), Vec3(0.17f, 0.20f, 0.25f)};
+    lighting.lights[2] = {Vec3(0.62f, 0.42f, -0.66f).normalized(), Vec3(0.62f, 0.66f, 0.74f)};
+    return lighting;
+}
+
+Lighting Lighting::ambient_only() {
+    Lighting lighting;
+    lighting.sky = lighting.ground = Vec3::Ones();
+    lighting.specular = 0;
+    return lighting;
+}
+
+}  // namespace mien::render

@@ -1,0 +1,176 @@
+#version 450 core
+// One face, linear light inside; the framebuffer encodes to sRGB.
+in vec3 position;
+in vec3 normal;
+in vec2 texcoord;
+in vec3 light_place;
+#if SURFACE == EYE || SURFACE == CORNEA || SURFACE == TEETH || SURFACE == MOUTH
+in vec3 cavity;
+in vec3 rest_place;
+#endif
+
+layout(location = 0) out vec4 colour;
+
+#ifdef ALBEDO_RGB
+layout(binding = 0) uniform sampler2D picture;
+#endif
+#ifdef ALBEDO_YUV
+layout(binding = 0) uniform sampler2D luma;
+layout(binding = 1) uniform sampler2D blue_difference;
+layout(binding = 2) uniform sampler2D red_difference;
+uniform mat3 to_rgb;
+uniform vec3 yuv_offset;
+uniform vec4 chroma_place;
+#endif
+layout(binding = 3) uniform sampler2DShadow shadow_map;
+
+uniform vec3 eye;
+uniform vec3 sky;
+uniform vec3 ground;
+uniform vec3 light_towards[3];
+uniform vec3 light_colour[3];
+uniform float specular;
+uniform int lit;
+uniform int shadows;
+uniform int wireframe;
+
+vec3 srgb_to_linear(vec3 c) {
+    return mix(pow((c + 0.055) / 1.055, vec3(2.4)), c / 12.92, lessThanEqual(c, vec3(0.04045)));
+}
+
+#if SURFACE == EYE
+// No texture covers the eye: sclera, and an iris around where the neutral eye looks (+z).
+vec3 plain_eye() {
+    const float off_axis = length(rest_place.xy) + (rest_place.z < 0 ? 2.0 : 0.0);
+    const float ray = 0.5 + 0.5 * sin(atan(rest_place.y, rest_place.x) * 46.0);
+    const vec3 iris = mix(vec3(0.10, 0.15, 0.17), vec3(0.22, 0.27, 0.26), ray * smoothstep(0.18, 0.40, off_axis));
+    vec3 c = mix(vec3(0.006), iris, smoothstep(0.16, 0.19, off_axis));
+    c *= 1.0 - 0.75 * smoothstep(0.40, 0.475, off_axis);
+    return mix(c, vec3(0.66, 0.62, 0.58), smoothstep(0.455, 0.495, off_axis));
+}
+#endif
+
+vec3 albedo() {
+#if defined(ALBEDO_RGB)
+    return texture(picture, texcoord).rgb;
+#elif defined(ALBEDO_YUV)
+    const vec2 chroma = texcoord * chroma_place.xy + chroma_place.zw;
+    const vec3 yuv = vec3(texture(luma, texcoord).r, texture(blue_difference, chroma).r, texture(red_difference, chroma).r);
+    return srgb_to_linear(clamp(to_rgb * (yuv - yuv_offset), 0.0, 1.0));
+#elif SURFACE == SKIN || SURFACE == OTHER
+    return vec3(0.50, 0.33, 0.26);
+#elif SURFACE == EYE
+    return plain_eye();
+#elif SURFACE == TEETH
+    return vec3(0.62, 0.57, 0.48);
+#elif SURFACE == MOUTH
+    return vec3(0.34, 0.11, 0.10);
+#else
+    return vec3(0.025, 0.018, 0.015);
+#endif
+}
+
+// Light that enters skin on the lit side leaves beyond the terminator, red farthest.
+#if SURFACE == SKIN || SURFACE == OTHER
+const vec3 kWrap = vec3(0.40, 0.20, 0.13);
+#elif SURFACE == TEETH || SURFACE == MOUTH
+const vec3 kWrap = vec3(0.30, 0.22, 0.18);
+#else
+const vec3 kWrap = vec3(0.15);
+#endif
+
+vec3 diffuse(float facing) {
+    return clamp((facing + kWrap) / ((1.0 + kWrap) * (1.0 + kWrap)), 0.0, 1.0);
+}
+
+// A lobe exp(n (cos - 1)) around the half vector: a Blinn-Phong lobe as a spherical Gaussian, one exp2 instead of a pow.
+float lobe(float sharpness, float cosine) { return exp2(1.442695 * sharpness * (cosine - 1.0)); }
+
+float key_visibility() {
+    if (shadows == 0) return 1.0;
+    const vec3 at = vec3(light_place.xy, light_place.z);
+    const float reach = 1.6 / 1024.0;
+    float sum = texture(shadow_map, at);
+    sum += texture(shadow_map, at + vec3(reach, 0.4 * reach, 0));
+    sum += texture(shadow_map, at + vec3(-0.4 * reach, reach, 0));
+    sum += texture(shadow_map, at + vec3(-reach, -0.4 * reach, 0));
+    sum += texture(shadow_map, at + vec3(0.4 * reach, -reach, 0));
+    return sum * 0.2;
+}
+
+// Identity up to 0.8, then a soft shoulder towards 1.
+vec3 shoulder(vec3 c) { return mix(c, 1.0 - 0.2 * exp2(-(c - 0.8) * (1.442695 / 0.2)), greaterThan(c, vec3(0.8))); }
+
+void main() {
+    if (wireframe == 1) {
+        colour = vec4(0.03, 0.16, 0.19, 1);
+        return;
+    }
+    const vec3 to_eye = normalize(eye - position);
+    vec3 n = normalize(normal);
+#if SURFACE == SKIN
+    // The inside of the head is no skin: what shows through a hole stays dark.
+    const float inside = gl_FrontFacing ? 1.0 : 0.12;
+#else
+    const float inside = 1.0;
+#endif
+    if (!gl_FrontFacing) n = -n;
+
+#if SURFACE == CORNEA
+    const vec3 base = vec3(0);
+#else
+    const vec3 base = albedo();
+#endif
+    if (lit == 0) {
+        colour = vec4(base, 1);
+        return;
+    }
+
+    float occlusion = inside;
+#if SURFACE == EYE
+    occlusion *= 1.0 - 0.45 * smoothstep(0.05, 0.55, cavity.y) - 0.30 * smoothstep(0.20, 0.60, -cavity.y);
+    occlusion *= 1.0 - 0.50 * smoothstep(0.45, 0.90, abs(cavity.x));
+#elif SURFACE == TEETH || SURFACE == MOUTH
+    // The deeper behind the front teeth, the less light comes in between the lips.
+    occlusion *= mix(0.06, 0.85, smoothstep(-1.0, 0.15, cavity.z));
+#endif
+
+    const float visible = key_visibility();
+    const vec3 key_shadow = mix(vec3(visible), vec3(sqrt(visible)), vec3(0.6, 0.1, 0.0));
+    vec3 light = mix(ground, sky, 0.5 + 0.5 * n.y);
+    light += light_colour[0] * diffuse(dot(n, light_towards[0])) * key_shadow;
+    light += light_colour[1] * diffuse(dot(n, light_towards[1]));
+    light += light_colour[2] * diffuse(dot(n, light_towards[2]));
+    vec3 sum = base * light * occlusion;
+
+    const float grazing = 1.0 - max(dot(n, to_eye), 0.0);
+    const float grazing2 = grazing * grazing;
+    const float fresnel = grazing2 * grazing2 * grazing;
+    float cover = 1.0;
+#if SURFACE == SKIN || SURFACE == OTHER
+    const vec3 h0 = normalize(light_towards[0] + to_eye), h1 = normalize(light_towards[1] + to_eye);
+    const vec3 h2 = normalize(light_towards[2] + to_eye);
+    const float key_cos = dot(n, h0), fill_cos = dot(n, h1), rim_cos = dot(n, h2);
+    // A broad lobe of the skin's roughness and a narrow one of its oil (two-lobe skin specular, weights 0.8 and 0.2).
+    vec3 shine = light_colour[0] * (0.8 * lobe(11.0, key_cos) + 0.9 * lobe(55.0, key_cos)) * visible *
+                 smoothstep(-0.05, 0.25, dot(n, light_towards[0]));
+    shine += light_colour[1] * lobe(11.0, fill_cos) * smoothstep(-0.05, 0.25, dot(n, light_towards[1]));
+    shine += light_colour[2] * lobe(11.0, rim_cos) * smoothstep(-0.05, 0.25, dot(n, light_towards[2])) * 1.2;
+    sum += shine * specular * inside * (0.075 + 0.7 * fresnel);
+#elif SURFACE == EYE || SURFACE == CORNEA
+    // Lashes and lids take the room out of the mirror towards the rim of the eye.
+    const float gloss = (1.0 - 0.8 * smoothstep(0.15, 0.50, abs(cavity.y))) * (1.0 - 0.7 * smoothstep(0.5, 0.9, abs(cavity.x)));
+    const vec3 mirror = reflect(-to_eye, n);
+    const float box = smoothstep(0.955, 0.975, dot(mirror, light_towards[0])) * mix(0.35, 1.0, visible);
+    const float strip = smoothstep(0.962, 0.985, dot(mirror, light_towards[1]));
+    const vec3 room = mix(ground, sky, smoothstep(-0.4, 0.7, mirror.y)) * (0.035 + 0.5 * fresnel);
+    sum += specular * gloss * (0.95 * box * light_colour[0] + 0.22 * strip * light_colour[1] + room);
+#if SURFACE == CORNEA
+    cover = clamp(0.5 * fresnel, 0.0, 1.0);
+#endif
+#elif SURFACE == TEETH || SURFACE == MOUTH
+    const vec3 h0 = normalize(light_towards[0] + to_eye);
+    sum += light_colour[0] * lobe(60.0, dot(n, h0)) * visible * specular * occlusion * (0.22 + 0.5 * fresnel);
+#endif
+    colour = vec4(shoulder(sum), cover);
+}

@@ -1,0 +1,38 @@
+#version 450 core
+// Corners (a vertex with its texture coordinates) fetch what the compute passes formed.
+layout(location = 0) in uint vertex;
+layout(location = 1) in vec2 uv;
+layout(location = 2) in vec4 feature;   // eyeball or mouth this corner belongs to: centre and radius, head space, mm
+
+layout(std430, binding = 0) readonly buffer Positions { float positions[]; };
+layout(std430, binding = 1) readonly buffer Normals { float normals[]; };
+layout(std430, binding = 2) readonly buffer Neutral { float neutral[]; };
+
+uniform mat4 view_projection;
+uniform mat4 light_projection;
+uniform mat3 head_rotation;
+uniform vec3 head_translation;
+
+out vec3 position;
+out vec3 normal;
+out vec2 texcoord;
+out vec3 light_place;
+#if SURFACE == EYE || SURFACE == CORNEA || SURFACE == TEETH || SURFACE == MOUTH
+out vec3 cavity;        // place in the eyeball or mouth, head axes, in its radii
+out vec3 rest_place;    // the same at neutral: where the iris is
+#endif
+
+void main() {
+    const uint at = 3u * vertex;
+    position = vec3(positions[at], positions[at + 1u], positions[at + 2u]);
+    normal = vec3(normals[at], normals[at + 1u], normals[at + 2u]);
+    texcoord = vec2(uv.x, 1.0 - uv.y);
+    // Off the surface along its normal, so that a surface does not shade itself.
+    light_place = (light_projection * vec4(position + 1.2 * normal, 1)).xyz * 0.5 + 0.5;
+#if SURFACE == EYE || SURFACE == CORNEA || SURFACE == TEETH || SURFACE == MOUTH
+    const vec3 head = (position - head_translation) * head_rotation;   // transposed: back into head space
+    cavity = (head - feature.xyz) / feature.w;
+    rest_place = (vec3(neutral[at], neutral[at + 1u], neutral[at + 2u]) - feature.xyz) / feature.w;
+#endif
+    gl_Position = view_projection * vec4(position, 1);
+}

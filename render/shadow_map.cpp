@@ -1,0 +1,55 @@
+#include "render/shadow_map.hpp"
+
+#include "embedded_mien_render.hpp"
+
+namespace mien::render {
+namespace {
+
+constexpr int kSide = 1024;  // texels; face.frag's filter step is of this size
+
+}  // namespace
+
+ShadowMap::ShadowMap()
+    : depth_(gl::make_texture(GL_TEXTURE_2D)),
+      framebuffer_(gl::make_framebuffer()),
+      program_(gl::make_program(embedded::shaders_shadow_vert, embedded::shaders_shadow_frag)) {
+    const GLuint id = depth_.id();
+    glTextureStorage2D(id, 1, GL_DEPTH_COMPONENT24, kSide, kSide);
+    glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    glTextureParameteri(id, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
+    glTextureParameteri(id, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
+    glTextureParameteri(id, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glTextureParameteri(id, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    glNamedFramebufferTexture(framebuffer_.id(), GL_DEPTH_ATTACHMENT, id, 0);
+    glNamedFramebufferDrawBuffer(framebuffer_.id(), GL_NONE);
+}
+
+Eigen::Matrix4f ShadowMap::projection(const Vec3& towards_light, const Vec3& centre, float radius) {
+    const Vec3 right = Vec3::UnitY().cross(towards_light).normalized();
+    const Vec3 above = towards_light.cross(right);
+    Eigen::Matrix4f m = Eigen::Matrix4f::Identity();
+    m.block<1, 3>(0, 0) = right.transpose() / radius;
+    m.block<1, 3>(1, 0) = above.transpose() / radius;
+    m.block<1, 3>(2, 0) = -towards_light.transpose() / radius;
+    m.block<3, 1>(0, 3) = -m.block<3, 3>(0, 0) * centre;
+    return m;
+}
+
+void ShadowMap::draw(const gl::Buffer& positions, const gl::VertexArray& layout, GLsizei index_count,
+                     const Eigen::Matrix4f& projection) {
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.id());
+    glViewport(0, 0, kSide, kSide);
+    glClear(GL_DEPTH_BUFFER_BIT);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, positions.id());
+    glBindVertexArray(layout.id());
+    program_.set("light_projection", projection);
+    program_.use();
+    glEnable(GL_POLYGON_OFFSET_FILL);
+    glPolygonOffset(1.5f, 2.0f);
+    glDrawElements(GL_TRIANGLES, index_count, GL_UNSIGNED_INT, nullptr);
+    glDisable(GL_POLYGON_OFFSET_FILL);
+    glBindTextureUnit(3, depth_.id());
+}
+
+}  // namespace mien::render

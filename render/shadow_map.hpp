@@ -1,0 +1,24 @@
+#pragma once
+
+#include "render/gl.hpp"
+
+namespace mien::render {
+
+/// How far the key light gets: a depth picture from its side. Leaves its texture bound to unit 3.
+class ShadowMap {
+public:
+    ShadowMap();
+
+    /// Clip-space matrix of a far light over a sphere of the scene (mm).
+    static Eigen::Matrix4f projection(const Vec3& towards_light, const Vec3& centre, float radius);
+
+    void draw(const gl::Buffer& positions, const gl::VertexArray& layout, GLsizei index_count,
+              const Eigen::Matrix4f& projection);
+
+private:
+    gl::Texture depth_;
+    gl::Framebuffer framebuffer_;
+    gl::Program program_;
+};
+
+}  // namespace mien::render

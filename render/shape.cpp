@@ -1,0 +1,147 @@
+#include "render/shape.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+#include "core/environment_error.hpp"
+#include "embedded_mien_render.hpp"
+
+namespace mien::render {
+namespace {
+
+constexpr int kGroupSize = 64;  // local_size_x of both compute shaders
+
+struct Rings {
+    std::vector<std::uint32_t> start;                    // V + 1
+    std::vector<std::array<std::uint32_t, 2>> corners;
+};
+
+Rings rings_of(std::uint32_t V, const std::vector<Triangle>& triangles) {
+    Rings rings;
+    rings.start.assign(V + 1, 0);
+    for (const Triangle& t : triangles)
+        for (const std::uint32_t v : t) ++rings.start[v + 1];
+    for (std::uint32_t v = 0; v < V; ++v) rings.start[v + 1] += rings.start[v];
+    rings.corners.resize(rings.start[V]);
+    std::vector<std::uint32_t> next(rings.start.begin(), rings.start.end() - 1);
+    for (const Triangle& t : triangles)
+        for (int i = 0; i < 3; ++i) rings.corners[next[t[i]]++] = {t[(i + 1) % 3], t[(i + 2) % 3]};
+    return rings;
+}
+
+const std::vector<Triangle>& triangles_of(const model::FaceModel& model) {
+    const auto* points = std::get_if<model::PointBase>(&model.base);
+    return points ? points->triangulation : model.neutral.triangles;
+}
+
+void dispatch(int count) {
+    glDispatchCompute(GLuint(count + kGroupSize - 1) / kGroupSize, 1, 1);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+}
+
+Points read_points(const gl::Buffer& buffer, int count) {
+    Points points(count, 3);
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    glGetNamedBufferSubData(buffer.id(), 0, GLsizeiptr(sizeof(float)) * points.size(), points.data());
+    return points;
+}
+
+}  // namespace
+
+Shape::Shape(const model::FaceModel& model, const model::LinearMotion& composed)
+    : count_(int(model.point_count())), components_(int(composed.size())) {
+    shape_ = gl::make_compute(embedded::shaders_shape_comp);
+    normals_program_ = gl::make_compute(embedded::shaders_normals_comp);
+
+    const Points& neutral = model::neutral_points(model);
+    const std::size_t bytes = sizeof(float) * neutral.size();
+    positions_ = gl::make_buffer(bytes, neutral.data());
+    normals_ = gl::make_buffer(bytes);
+    neutral_ = gl::make_buffer(bytes, neutral.data());
+    Points start = neutral;
+    if (composed.dimension() != 0) {
+        assert(composed.dimension() == neutral.size());
+        start += ConstPointsMap(composed.mean.data(), neutral.rows(), 3);
+    }
+    neutral_and_mean_ = gl::make_buffer(bytes, start.data());
+    weights_ = gl::make_buffer(sizeof(float) * components_);
+
+    GLint64 largest = 0;
+    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &largest);
+    if (bytes > std::size_t(largest))
+        throw EnvironmentError("this OpenGL driver's storage blocks are too small for a mesh of this size");
+    per_buffer_ = bytes ? std::max(1, int(std::min<std::size_t>(std::size_t(largest) / bytes, 1 << 20))) : 1;
+    for (int first = 0; first < components_; first += per_buffer_) {
+        const int here = std::min(per_buffer_, components_ - first);
+        component_blocks_.push_back(gl::make_buffer(bytes * here, composed.components.col(first).data()));
+    }
+
+    std::vector<std::uint32_t> eye_of(count_, 0);
+    for (std::uint32_t side = 0; side < 2; ++side)
+        if (const auto& eye = model.eyes[side]) {
+            eye_centre_[side] = eye->centre;
+            for (const std::uint32_t v : eye->vertices) eye_of[v] = side + 1;
+        }
+    eye_of_ = gl::make_buffer(sizeof(std::uint32_t) * eye_of.size(), eye_of.data());
+
+    const Rings rings = rings_of(std::uint32_t(count_), triangles_of(model));
+    ring_start_ = gl::make_buffer(sizeof rings.start[0] * rings.start.size(), rings.start.data());
+    ring_ = gl::make_buffer(sizeof rings.corners[0] * rings.corners.size(), rings.corners.data());
+    form_normals();
+}
+
+void Shape::form(const model::Motion& motion, const ShapeSteps& steps) {
+    const bool moves = steps.motion && components_ > 0;
+    assert(!moves || motion.coefficients.size() == components_);
+    pose_ = steps.pose ? motion.pose : RigidPose{};
+    if (moves) glNamedBufferSubData(weights_.id(), 0, GLsizeiptr(sizeof(float)) * components_, motion.coefficients.data());
+    for (int side = 0; side < 2; ++side) {
+        const float yaw = steps.gaze ? motion.gaze.yaw[side] : 0, pitch = steps.gaze ? motion.gaze.pitch[side] : 0;
+        const Eigen::Matrix3f turn =
+            (Eigen::AngleAxisf(yaw, Vec3::UnitY()) * Eigen::AngleAxisf(-pitch, Vec3::UnitX())).toRotationMatrix();
+        shape_.set(side == 0 ? "eye_turn[0]" : "eye_turn[1]", turn);
+        shape_.set(side == 0 ? "eye_centre[0]" : "eye_centre[1]", eye_centre_[side]);
+    }
+    shape_.set("rotation", Eigen::Matrix3f(pose_.rotation.toRotationMatrix()));
+    shape_.set("translation", pose_.translation);
+    shape_.set("vertex_count", count_);
+    shape_.use();
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, positions_.id());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, steps.motion ? neutral_and_mean_.id() : neutral_.id());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, weights_.id());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 4, eye_of_.id());
+    const std::size_t blocks = moves ? component_blocks_.size() : 1;
+    for (std::size_t b = 0; b < blocks; ++b) {
+        const int first = int(b) * per_buffer_;
+        shape_.set("first_component", first);
+        shape_.set("component_count", moves ? std::min(per_buffer_, components_ - first) : 0);
+        shape_.set("starts", int(b == 0));
+        shape_.set("ends", int(b + 1 == blocks));
+        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, moves ? component_blocks_[b].id() : weights_.id());
+        dispatch(count_);
+    }
+    form_normals();
+}
+
+void Shape::form(PointsRef positions, const RigidPose& pose) {
+    assert(positions.rows() == count_);
+    pose_ = pose;
+    const Points packed = positions;
+    glNamedBufferSubData(positions_.id(), 0, GLsizeiptr(sizeof(float)) * packed.size(), packed.data());
+    form_normals();
+}
+
+void Shape::form_normals() {
+    normals_program_.set("vertex_count", count_);
+    normals_program_.use();
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, positions_.id());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, normals_.id());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, ring_start_.id());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, ring_.id());
+    dispatch(count_);
+}
+
+Points Shape::read_positions() const { return read_points(positions_, count_); }
+Points Shape::read_normals() const { return read_points(normals_, count_); }
+
+}  // namespace mien::render

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <vector>
+
+#include "model/face_model.hpp"
+#include "render/gl.hpp"
+#include "render/shape_steps.hpp"
+
+namespace mien::render {
+
+/// The drawn points of a face model on the GPU. Static parts are uploaded once; a frame costs its coefficients.
+class Shape {
+public:
+    Shape(const model::FaceModel& model, const model::LinearMotion& composed);
+
+    /// Forms positions and normals: model::evaluate on the GPU.
+    void form(const model::Motion& motion, const ShapeSteps& steps);
+    /// Positions from outside (V x 3 mm, clip space), for truth renders; `pose` is the head's, for cavities and light.
+    void form(PointsRef positions, const RigidPose& pose);
+
+    const gl::Buffer& positions() const { return positions_; }
+    const gl::Buffer& normals() const { return normals_; }
+    const RigidPose& pose() const { return pose_; }
+    int count() const { return count_; }
+    Points read_positions() const;
+    Points read_normals() const;
+
+private:
+    void form_normals();
+
+    int count_ = 0;
+    int components_ = 0;
+    int per_buffer_ = 1;                    ///< components that fit into one storage block
+    gl::Program shape_, normals_program_;
+    gl::Buffer positions_, normals_, neutral_, neutral_and_mean_, weights_, eye_of_, ring_start_, ring_;
+    std::vector<gl::Buffer> component_blocks_;
+    Vec3 eye_centre_[2] = {Vec3::Zero(), Vec3::Zero()};
+    RigidPose pose_;
+};
+
+}  // namespace mien::render
