@@ -52,6 +52,8 @@ enum class MessageType : std::uint8_t {
 };
 /// "GROUP", "LIVE OBJECT"; "message 0x7f" for what has no name.
 std::string name_of(std::uint8_t type);
+/// "shape", "motion basis", ...; empty for what is none.
+std::string_view name_of(BlobKind kind);
 
 /// The recorded stream is complete; no group follows.
 struct End {

@@ -118,10 +118,13 @@ private:
     StreamFileReader() = default;
     Result<Bytes> read(std::uint64_t offset, std::uint64_t size) const;
     Result<MessageHead> read_head(std::uint64_t offset) const;
+    Result<Message> read_message(std::uint64_t offset, MessageType type, std::uint64_t& next) const;
     Result<void> read_front();
-    Result<void> read_index();
+    Result<void> read_blob_places(std::uint64_t at);
+    Result<void> read_stored_index();
+    Result<void> check_index(const Index& index, std::uint64_t end) const;
     void rebuild_index();
-    Result<void> accept_index(Index index, std::uint64_t end);
+    void use_index(std::vector<IndexEntry> entries);
 
     ReadAt read_at_;
     std::uint64_t file_size_ = 0;
@@ -129,9 +132,10 @@ private:
     Catalogue catalogue_;
     Manifest manifest_;
     std::map<Hash, StoredBlob> blobs_;
-    std::uint64_t body_ = 0;         ///< offset of the first message behind the blobs
+    std::uint64_t front_ = 0;        ///< bytes of header, catalogue and blobs: the groups follow
     std::vector<IndexEntry> index_;
     std::vector<std::uint32_t> groups_;
+    std::vector<IndexEntry> marks_;  ///< entries of the slot that seeking goes by
     std::uint64_t cut_ = 0;          ///< offset of the cut group; 0: none
     std::string complaint_;
 };
