@@ -1,0 +1,114 @@
+#include "samples/occlusion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace mien::samples {
+namespace {
+
+constexpr float kEmpty = std::numeric_limits<float>::infinity();
+
+struct Depths {
+    int size;
+    std::vector<float> low, high;  // nearest to -axis, nearest to +axis
+
+    explicit Depths(int n) : size(n), low(std::size_t(n) * n), high(low.size()) {}
+    void clear() {
+        std::fill(low.begin(), low.end(), kEmpty);
+        std::fill(high.begin(), high.end(), -kEmpty);
+    }
+    void draw(const Vec3& a, const Vec3& b, const Vec3& c) {
+        const int x0 = int(std::ceil(std::min({a.x(), b.x(), c.x()}))), x1 = int(std::max({a.x(), b.x(), c.x()}));
+        const int y0 = int(std::ceil(std::min({a.y(), b.y(), c.y()}))), y1 = int(std::max({a.y(), b.y(), c.y()}));
+        if (x0 > x1 || y0 > y1) return;
+        const float abx = b.x() - a.x(), aby = b.y() - a.y(), acx = c.x() - a.x(), acy = c.y() - a.y();
+        const float area = abx * acy - acx * aby;
+        if (std::abs(area) < 1e-9f) return;
+        const float scale = 1 / area, abz = (b.z() - a.z()) * scale, acz = (c.z() - a.z()) * scale;
+        const float sign = area > 0 ? 1.0f : -1.0f, limit = std::abs(area) * 1.00001f;
+        for (int y = y0; y <= y1; ++y)
+            for (int x = x0; x <= x1; ++x) {
+                const float dx = float(x) - a.x(), dy = float(y) - a.y();
+                const float u = dx * acy - acx * dy, v = abx * dy - dx * aby;
+                if (u * sign < 0 || v * sign < 0 || (u + v) * sign > limit) continue;
+                const float z = a.z() + u * abz + v * acz;
+                const std::size_t i = std::size_t(y) * size + x;
+                low[i] = std::min(low[i], z);
+                high[i] = std::max(high[i], z);
+            }
+    }
+};
+
+// Evenly spread over the half sphere (golden spiral); no axis lies in a coordinate plane, so symmetric meshes never
+// meet the buffer edge-on.
+std::vector<Vec3> half_sphere(int count) {
+    std::vector<Vec3> axes;
+    for (int i = 0; i < count; ++i) {
+        const float z = 1 - (float(i) + 0.5f) / float(count), r = std::sqrt(1 - z * z), phi = 2.3999632f * float(i) + 0.37f;
+        axes.emplace_back(r * std::cos(phi), r * std::sin(phi), z);
+    }
+    return axes;
+}
+
+}  // namespace
+
+Occlusion::Occlusion(std::vector<Triangle> blockers, int axes, int resolution)
+    : blockers_(std::move(blockers)), axes_(half_sphere(axes)), resolution_(resolution) {}
+
+Eigen::VectorXf Occlusion::at(PointsRef positions, PointsRef normals, float reach) const {
+    const Eigen::Index V = positions.rows();
+    Eigen::VectorXf open = Eigen::VectorXf::Zero(V), sky = Eigen::VectorXf::Zero(V);
+    if (V == 0) return open;
+    const Vec3 low = positions.colwise().minCoeff().transpose(), high = positions.colwise().maxCoeff().transpose();
+    const Vec3 middle = (low + high) / 2;
+    const float radius = std::max(1e-3f, (high - low).norm() / 2);
+
+    Depths depths(resolution_);
+    std::vector<Vec3> seen(static_cast<std::size_t>(V));
+    for (const Vec3& axis : axes_) {
+        const Vec3 side = axis.unitOrthogonal(), up = axis.cross(side);
+        // The smallest square that holds the mesh from here: finer cells than one for its sphere.
+        float x_low = radius, x_high = -radius, y_low = radius, y_high = -radius;
+        for (Eigen::Index v = 0; v < V; ++v) {
+            const Vec3 p = positions.row(v).transpose() - middle;
+            Vec3& s = seen[std::size_t(v)];
+            s = {p.dot(side), p.dot(up), p.dot(axis)};
+            x_low = std::min(x_low, s.x()), x_high = std::max(x_high, s.x());
+            y_low = std::min(y_low, s.y()), y_high = std::max(y_high, s.y());
+        }
+        const float cell = std::max({x_high - x_low, y_high - y_low, 1e-3f}) / float(resolution_ - 3);
+        for (Vec3& s : seen) s = {(s.x() - x_low) / cell + 1, (s.y() - y_low) / cell + 1, s.z()};
+
+        depths.clear();
+        for (const auto& [a, b, c] : blockers_) depths.draw(seen[a], seen[b], seen[c]);
+
+        for (Eigen::Index v = 0; v < V; ++v) {
+            const Vec3 n = normals.row(v).transpose();
+            const float facing = n.dot(axis), weight = std::abs(facing);
+            if (weight < 0.02f) continue;
+            const float turn = facing > 0 ? 1.0f : -1.0f;
+            // Step one cell off the surface, and allow for the depth it gains across a cell.
+            const Vec3& s = seen[std::size_t(v)];
+            const float x = std::clamp(s.x() + n.dot(side), 0.0f, float(resolution_) - 1.001f);
+            const float y = std::clamp(s.y() + n.dot(up), 0.0f, float(resolution_) - 1.001f);
+            const float slope = std::sqrt(std::max(0.0f, 1 - facing * facing)) / weight;
+            const float depth = s.z() * turn + cell * (weight + std::min(slope, 3.0f) + 0.2f);
+            const int ix = int(x), iy = int(y);
+            const float fx = x - float(ix), fy = y - float(iy);
+            const float* buffer = (turn > 0 ? depths.high : depths.low).data() + std::size_t(iy) * std::size_t(resolution_) + ix;
+            const auto free = [&](float blocker) {
+                const float above = blocker * turn - depth;
+                return above <= 0 ? 1.0f : above / (reach + above);
+            };
+            const float below = (1 - fx) * free(buffer[0]) + fx * free(buffer[1]);
+            const float over = (1 - fx) * free(buffer[resolution_]) + fx * free(buffer[resolution_ + 1]);
+            open[v] += weight * (below + fy * (over - below));
+            sky[v] += weight;
+        }
+    }
+    for (Eigen::Index v = 0; v < V; ++v) open[v] = sky[v] > 0 ? open[v] / sky[v] : 1.0f;
+    return open;
+}
+
+}  // namespace mien::samples

@@ -1,0 +1,62 @@
+#pragma once
+
+#include "samples/skin.hpp"
+#include "samples/skin_places.hpp"
+#include "samples/skin_strokes.hpp"
+
+namespace mien::samples {
+
+/// What the texture knows of one texel before any motion.
+struct Pigment {
+    Vec3 albedo;          ///< linear
+    float perfusion = 0;  ///< how strongly blood shows when the skin is squeezed, 0 .. about 1.5
+    float crease = 0;     ///< how deep a wrinkle lies here when the skin folds, 0 .. 1
+};
+
+/// Paints every kind of surface of a head, point by point in the space of its neutral mesh. Thread-safe once made.
+class Painter {
+public:
+    Painter(const Mesh& neutral, const Landmarks& landmarks, const Complexion& complexion, std::uint64_t seed);
+
+    /// footprint: mm that a texel spans here; finer detail is left out.
+    Pigment paint(Surface surface, const Vec3& p, const Vec3& normal, float footprint) const;
+
+    const Places& places() const { return places_; }
+
+private:
+    Pigment skin(const Vec3& p, const Vec3& normal, float footprint) const;
+    Pigment eyeball(const Vec3& p, float footprint) const;
+    Pigment tooth(const Vec3& p) const;
+    Pigment mouth(const Vec3& p, const Vec3& normal) const;
+    Pigment hair(const Vec3& p, const Vec3& normal, float footprint) const;
+    float crease(const Vec3& p) const;
+    void lay_folds();
+    void add_fold(Landmarks::Line line, float width, float depth);
+    Vec3 hair_flow(const Vec3& p, const Vec3& normal) const;
+
+    void grow_brows(const SurfaceSampler& face, Random& random);
+    void grow_lashes(Random& random);
+    void grow_scalp(const SurfaceSampler& head, Random& random);
+    void grow_stubble(const SurfaceSampler& face, Random& random);
+    void scatter_freckles(const SurfaceSampler& face, Random& random);
+
+    Places places_;
+    Complexion complexion_;
+    std::uint32_t seed_;
+    float teeth_low_ = 0, teeth_high_ = 0, teeth_middle_ = 0;  // heights of the arches and of the bite, mm
+    StrokeField spots_, hairs_;  // under and over the skin's own detail
+    struct Fold {  // a line the skin wrinkles along, seen from the front
+        Landmarks::Line line;
+        float width, depth;
+        Vec2 low, high;
+    };
+    std::vector<Fold> folds_;
+};
+
+/// Light through melanin and blood (after the two-pigment models of skin, Jimenez et al. 2010): the albedo of skin with
+/// so much melanin and haemoglobin, both 1 for the fair adult.
+Vec3 skin_albedo(float melanin, float haemoglobin);
+/// What one more unit of haemoglobin multiplies the albedo by, as a natural logarithm per channel.
+inline constexpr float kBloodAbsorption[3] = {0.115f, 0.42f, 0.36f};
+
+}  // namespace mien::samples
