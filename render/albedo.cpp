@@ -51,12 +51,15 @@ void Albedo::set(const YuvView& picture) {
     }
     glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
     conversion(picture.matrix, picture.full_range, to_rgb_, offset_);
-    // Chroma of half width lies on the even luma columns (left), and between two luma rows (centre): the default of
-    // MPEG-4, H.264 and HEVC. OpenGL takes samples as centred both ways, so half a luma column is put right here.
-    const float across = float(picture.width) / picture.chroma_width;
-    const float ratio = across > 1.5f ? 2 : 1, down = float(picture.height) / picture.chroma_height > 1.5f ? 2 : 1;
-    chroma_place_ = {picture.width / (ratio * picture.chroma_width), picture.height / (down * picture.chroma_height),
-                     ratio == 2 ? 0.25f / picture.chroma_width : 0.0f, 0};
+    // OpenGL takes chroma samples as centred on the luma they cover; half a luma sample puts right those that lie on the
+    // left column or the top row.
+    const bool half_width = picture.chroma_width < picture.width, half_height = picture.chroma_height < picture.height;
+    const bool on_left = half_width && picture.siting != YuvView::Siting::centre;
+    const bool on_top = half_height && picture.siting == YuvView::Siting::top_left;
+    const float across = float(picture.width) / float((half_width ? 2 : 1) * picture.chroma_width);
+    const float down = float(picture.height) / float((half_height ? 2 : 1) * picture.chroma_height);
+    chroma_place_ = {across, down, on_left ? 0.25f / float(picture.chroma_width) : 0.0f,
+                     on_top ? 0.25f / float(picture.chroma_height) : 0.0f};
 }
 
 void Albedo::set(const Image& picture) {

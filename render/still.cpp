@@ -28,10 +28,10 @@ StillRenderer::~StillRenderer() = default;
 void StillRenderer::set_positions(PointsRef positions) { state_->renderer.set_positions(positions); }
 void StillRenderer::set_texture(const Image& picture) { state_->renderer.set_texture(picture); }
 
-Image StillRenderer::picture(const Camera& camera, int width, int height, const Look& look, int samples) {
+Image StillRenderer::picture(const Camera& camera, int width, int height, const Look& look, Smoothing smoothing) {
     auto& target = state_->target;
-    if (!target || target->width() != width || target->height() != height || target->samples() != samples)
-        target.emplace(width, height, samples);
+    if (!target || target->width() != width || target->height() != height || target->smoothing() != smoothing)
+        target.emplace(width, height, smoothing);
     state_->renderer.draw(camera, look, *target);
     return target->read();
 }

@@ -6,6 +6,7 @@
 #include "core/mesh.hpp"
 #include "render/camera.hpp"
 #include "render/look.hpp"
+#include "render/target.hpp"
 
 namespace mien::render {
 
@@ -19,7 +20,7 @@ public:
     ~StillRenderer();
     void set_positions(PointsRef positions);    ///< V x 3 mm
     void set_texture(const Image& picture);
-    Image picture(const Camera& camera, int width, int height, const Look& look = {}, int samples = 4);
+    Image picture(const Camera& camera, int width, int height, const Look& look = {}, Smoothing smoothing = Smoothing::supersample);
 
 private:
     struct State;

@@ -6,21 +6,32 @@
 
 namespace mien::render {
 
-/// Where pictures are drawn: colour and depth, anti-aliased, of any size. Belongs to the current context.
+/// How edges are made smooth, from cheap to dear on a CPU.
+enum class Smoothing {
+    none,
+    edges,         ///< one more pass blends along edges of the finished picture: a few ms even in software
+    multisample,   ///< four samples of coverage per pixel: cheap on a GPU, four times the frame on a CPU
+    supersample,   ///< drawn at twice the size each way: for stills
+};
+
+/// edges in software, multisample on a GPU. Of the current context.
+Smoothing live_smoothing();
+
+/// Where pictures are drawn: colour and depth, of any size. Belongs to the current context.
 class Target {
 public:
-    /// samples: 1, or the multisamples per pixel (clamped to what the driver has).
-    Target(int width, int height, int samples = 4);
+    /// Throws EnvironmentError when the driver cannot make a picture that large.
+    Target(int width, int height, Smoothing smoothing);
     Target(Target&&) noexcept;
     Target& operator=(Target&&) noexcept;
     ~Target();
 
-    int width() const;
+    int width() const;      ///< of the picture that comes out
     int height() const;
-    int samples() const;
-    void bind() const;                                    ///< draw calls go here from now on
-    Image read();                                         ///< RGB, sRGB-encoded, rows from the top
-    /// Copies the picture into the window's own framebuffer, `width` x `height` pixels, without scaling when equal.
+    Smoothing smoothing() const;
+    void bind() const;      ///< draw calls go here from now on
+    Image read();           ///< RGB, sRGB-encoded, rows from the top
+    /// Copies the picture into the window's own framebuffer, without scaling when the sizes are equal.
     void present(int window_width, int window_height);
 
 private:

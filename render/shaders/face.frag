@@ -89,7 +89,7 @@ float lobe(float sharpness, float cosine) { return exp2(1.442695 * sharpness * (
 float key_visibility() {
     if (shadows == 0) return 1.0;
     const vec3 at = vec3(light_place.xy, light_place.z);
-    const float reach = 1.6 / 1024.0;
+    const float reach = 1.3 / 768.0;
     float sum = texture(shadow_map, at);
     sum += texture(shadow_map, at + vec3(reach, 0.4 * reach, 0));
     sum += texture(shadow_map, at + vec3(-0.4 * reach, reach, 0));
@@ -135,7 +135,8 @@ void main() {
     occlusion *= mix(0.06, 0.85, smoothstep(-1.0, 0.15, cavity.z));
 #endif
 
-    const float visible = key_visibility();
+    // Beyond the terminator light comes through the skin and not past it: the shadow map has no say there.
+    const float visible = mix(1.0, key_visibility(), smoothstep(0.0, 0.3, dot(n, light_towards[0])));
     const vec3 key_shadow = mix(vec3(visible), vec3(sqrt(visible)), vec3(0.6, 0.1, 0.0));
     vec3 light = mix(ground, sky, 0.5 + 0.5 * n.y);
     light += light_colour[0] * diffuse(dot(n, light_towards[0])) * key_shadow;

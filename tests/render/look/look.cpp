@@ -1,6 +1,7 @@
 // mien-look MESH.obj [TEXTURE] -o out.png: what a mesh looks like in the player's light, from some sides.
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <ctime>
 #include <cstdio>
 #include <cstring>
 
@@ -33,7 +34,8 @@ int main(int argc, char** argv) try {
     std::string mesh_path, texture_path, output = "look.png";
     std::vector<std::string> views = {"front"};
     double unit = 1, zoom = 1, yaw = 0, pitch = 0, up = 0, right = 0;
-    int width = 640, height = 720, repeat = 0, samples = 4;
+    int width = 640, height = 720, repeat = 0;
+    render::Smoothing smoothing = render::Smoothing::supersample;
     bool wireframe = false, unlit = false, no_shadows = false;
     app.add_option("mesh", mesh_path, "OBJ file")->required();
     app.add_option("texture", texture_path, "PNG or JPEG");
@@ -47,7 +49,11 @@ int main(int argc, char** argv) try {
     app.add_option("--right", right, "aim to the right by mm");
     app.add_option("--width", width);
     app.add_option("--height", height);
-    app.add_option("--samples", samples);
+    app.add_option("--smoothing", smoothing, "none, edges, multisample or supersample")->transform(CLI::CheckedTransformer(
+        std::map<std::string, render::Smoothing>{{"none", render::Smoothing::none},
+                                                 {"edges", render::Smoothing::edges},
+                                                 {"multisample", render::Smoothing::multisample},
+                                                 {"supersample", render::Smoothing::supersample}}));
     app.add_option("--repeat", repeat, "draw this often and print the time");
     app.add_flag("--wireframe", wireframe);
     app.add_flag("--unlit", unlit, "albedo only");
@@ -76,12 +82,14 @@ int main(int argc, char** argv) try {
         orbit.orbit(float(yaw * M_PI / 180), float(pitch * M_PI / 180));
         orbit.pan = Vec2(float(-right), float(-up));
         orbit.distance /= float(zoom);
-        pictures.push_back(still.picture(orbit.camera(), width, height, look, samples));
+        pictures.push_back(still.picture(orbit.camera(), width, height, look, smoothing));
         if (repeat > 0) {
             const auto start = std::chrono::steady_clock::now();
-            for (int i = 0; i < repeat; ++i) still.picture(orbit.camera(), width, height, look, samples);
+            const std::clock_t cpu = std::clock();
+            for (int i = 0; i < repeat; ++i) still.picture(orbit.camera(), width, height, look, smoothing);
             const std::chrono::duration<double, std::milli> spent = std::chrono::steady_clock::now() - start;
-            std::printf("%s: %.1f ms a picture\n", name.c_str(), spent.count() / repeat);
+            std::printf("%s: %.1f ms a picture, %.1f ms of all cores\n", name.c_str(), spent.count() / repeat,
+                        1e3 * double(std::clock() - cpu) / CLOCKS_PER_SEC / repeat);
         }
     }
     io::write_image(output, side_by_side(pictures));
