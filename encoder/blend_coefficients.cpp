@@ -63,6 +63,7 @@ public:
         assign_grid();
         for (int pass = 0; pass < options_.smoothing_passes; ++pass) smooth_grid();
         assign_skin();
+        assign_attachments();
         assign_inner_mouth();
         return pack();
     }
@@ -247,6 +248,55 @@ private:
             if (skin_.carries(v) && !still_[v]) vertex_shares_[v] = from_grid(v);
     }
 
+    /// Lashes, tear film and hair go where the skin that they touch goes.
+    void assign_attachments() {
+        std::vector<std::uint32_t> face;
+        for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v)
+            if (!vertex_shares_[v].empty()) face.push_back(v);
+        if (face.empty()) return;
+        const std::vector<Surface> surface = vertex_surfaces();
+        parallel_for(mesh_.vertex_count(), [&](std::int64_t i) {
+            const auto v = std::uint32_t(i);
+            const bool attached = surface[v] == Surface::lashes || surface[v] == Surface::cornea || surface[v] == Surface::hair || surface[v] == Surface::other;
+            if (!attached || still_[v] || skin_.carries(v)) return;
+            const std::uint32_t nearest = *std::min_element(face.begin(), face.end(), [&](std::uint32_t a, std::uint32_t b) {
+                return (position(a) - position(v)).squaredNorm() < (position(b) - position(v)).squaredNorm();
+            });
+            if ((position(nearest) - position(v)).norm() < spacing_) vertex_shares_[v] = vertex_shares_[nearest];
+        });
+    }
+
+    std::vector<Surface> vertex_surfaces() const {
+        const std::vector<Surface> of_triangle = mesh_.triangle_surfaces();
+        std::vector<Surface> surface(mesh_.vertex_count(), Surface::other);
+        for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
+            for (const std::uint32_t v : mesh_.triangles[t]) surface[v] = of_triangle[t];
+        return surface;
+    }
+
+    /// Mean height of the connected piece that every vertex belongs to: tells the upper teeth from the lower.
+    std::vector<float> piece_heights() const {
+        const auto neighbours = vertex_neighbours(mesh_.vertex_count(), mesh_.triangles);
+        std::vector<float> height(mesh_.vertex_count());
+        std::vector<char> seen(mesh_.vertex_count());
+        for (std::uint32_t seed = 0; seed < mesh_.vertex_count(); ++seed) {
+            if (seen[seed]) continue;
+            std::vector<std::uint32_t> piece{seed};
+            seen[seed] = 1;
+            double sum = 0;
+            for (std::size_t i = 0; i < piece.size(); ++i) {
+                sum += mesh_.positions(piece[i], 1);
+                for (const std::uint32_t n : neighbours[piece[i]])
+                    if (!seen[n]) {
+                        seen[n] = 1;
+                        piece.push_back(n);
+                    }
+            }
+            for (const std::uint32_t v : piece) height[v] = float(sum / double(piece.size()));
+        }
+        return height;
+    }
+
     /// Vertices behind the lips mix the nearest points of both lips by rows, from top to bottom of the mouth; the
     /// lower teeth follow the chin, the upper ones the skull.
     void assign_inner_mouth() {
@@ -267,14 +317,12 @@ private:
         std::iota(all.begin(), all.end(), 0u);
         const Shares chin = shares_[nearest(all, centre - Vec3(0, 28, 5))];
 
-        const std::vector<Surface> surface_of = mesh_.triangle_surfaces();
-        std::vector<Surface> surface(mesh_.vertex_count(), Surface::other);
-        for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
-            for (const std::uint32_t v : mesh_.triangles[t]) surface[v] = surface_of[t];
+        const std::vector<Surface> surface = vertex_surfaces();
+        const std::vector<float> height = piece_heights();
         for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v) {
             if (still_[v] || skin_.carries(v)) continue;
             if (surface[v] == Surface::teeth) {
-                if (position(v).y() < centre.y() - 1) vertex_shares_[v] = chin;
+                if (height[v] < centre.y()) vertex_shares_[v] = chin;
             } else if (surface[v] == Surface::mouth) {
                 constexpr std::array<float, 5> kRows = {0.8f, 0.6f, 0.4f, 0.25f, 0.1f};
                 const std::uint32_t upper = nearest(lips[1], position(v)), lower = nearest(lips[0], position(v));

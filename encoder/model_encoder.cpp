@@ -113,18 +113,15 @@ private:
         return {};
     }
 
-    std::array<std::set<std::uint32_t>, 2> eye_vertices(std::array<std::set<std::uint32_t>, 2>* balls = nullptr) const {
+    /// Vertices of the eyeballs, the actor's right and left. Tear film and the like stay with the lids.
+    std::array<std::set<std::uint32_t>, 2> eye_vertices() const {
         std::array<std::set<std::uint32_t>, 2> eyes;
         const Mesh& mesh = *clip_.neutral;
         const float middle = (mesh.positions.col(0).minCoeff() + mesh.positions.col(0).maxCoeff()) / 2;
         const std::vector<Surface> surfaces = mesh.triangle_surfaces();
         for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-            if (surfaces[t] == Surface::eye || surfaces[t] == Surface::cornea)
-                for (const std::uint32_t v : mesh.triangles[t]) {
-                    const int side = mesh.positions(v, 0) > middle;
-                    eyes[std::size_t(side)].insert(v);
-                    if (balls && surfaces[t] == Surface::eye) (*balls)[std::size_t(side)].insert(v);
-                }
+            if (surfaces[t] == Surface::eye)
+                for (const std::uint32_t v : mesh.triangles[t]) eyes[mesh.positions(v, 0) > middle].insert(v);
         return eyes;
     }
 
@@ -142,8 +139,7 @@ private:
     }
 
     void add_eyes() {
-        std::array<std::set<std::uint32_t>, 2> balls;
-        const auto vertices = eye_vertices(&balls);
+        const auto balls = eye_vertices();
         std::array<std::optional<coding::Ball>, 2> eyes;
         const Points& positions = out_.model.neutral.positions;
         for (std::size_t side = 0; side < 2; ++side) {
@@ -156,7 +152,7 @@ private:
             // Height and width are the ball's; its depth may be open behind or bulge in front.
             Vec3 centre = (low + high) / 2;
             centre.z() = std::max(centre.z(), high.z() - (high.y() - low.y()) / 2);
-            eyes[side] = coding::Ball{centre, {vertices[side].begin(), vertices[side].end()}};
+            eyes[side] = coding::Ball{centre, {balls[side].begin(), balls[side].end()}};
             out_.model.eyes[side] = model::Eyeball{centre, eyes[side]->vertices};
         }
         layer(LayerKind::eyes, {blob(BlobKind::eyes, coding::encode_eyes(eyes))});
