@@ -1,0 +1,79 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "samples/actor.hpp"
+#include "samples/head_surface.hpp"
+
+namespace mien::samples {
+
+/// Concentric loops of vertices around an opening, from the skin inwards; all loops of an opening are equally long.
+/// Index 0 lies at the actor's left end (x greatest for the mouth, the outer corner for an eye, the front for an ear),
+/// a quarter of the way on at the top.
+struct Loops {
+    std::vector<std::vector<std::uint32_t>> rings;  ///< ring 0: on the skin grid
+    int size() const { return rings.empty() ? 0 : static_cast<int>(rings[0].size()); }
+};
+
+struct VertexRange {
+    std::uint32_t first = 0, count = 0;
+    bool contains(std::uint32_t v) const { return v - first < count; }
+};
+
+/// The neutral head and what the muscles need to know of it.
+struct HeadMesh {
+    Mesh mesh;
+    Landmarks landmarks;
+    Loops mouth;       ///< to the border of the lips, over the lips, into the bag behind them
+    Loops lids[2];     ///< [0] right, [1] left; to the margin and under it
+    Loops nostrils[2], ears[2];
+    VertexRange eyeballs[2], upper_teeth, lower_teeth, tongue;
+
+    static constexpr int kLipBorder = 6;    ///< mouth ring on the vermilion border
+    static constexpr int kLipContact = 11;  ///< mouth ring where the lips meet
+    static constexpr int kInnerLip = 13;    ///< last mouth ring that is skin; the bag follows
+    static constexpr int kLidMargin = 8;    ///< lid ring on the margin's outer edge
+};
+
+HeadMesh make_head_mesh(const HeadSurface& surface);
+
+/// Collects vertices, texture coordinates and quads of the parts of a head.
+class HeadMeshBuilder {
+public:
+    using Corner = std::pair<std::uint32_t, std::uint32_t>;  ///< vertex, texture coordinate
+
+    std::uint32_t vertex(const Vec3d& position);
+    std::uint32_t texcoord(const Vec2d& uv);
+    Corner corner(const Vec3d& position, const Vec2d& uv) { return {vertex(position), texcoord(uv)}; }
+    void triangle(Surface surface, Corner a, Corner b, Corner c);
+    /// Counter-clockwise a b c d, cut so that the cut is its own mirror image in x = 0.
+    void quad(Surface surface, Corner a, Corner b, Corner c, Corner d);
+    const Vec3d& position(std::uint32_t v) const { return positions_[v]; }
+    const Vec2d& uv(std::uint32_t t) const { return texcoords_[t]; }
+    std::uint32_t vertex_count() const { return static_cast<std::uint32_t>(positions_.size()); }
+    /// Starts a part; its triangles are those added until the next.
+    void part(std::string name) { parts_.push_back({std::move(name), {}}); }
+    Mesh build() const;
+
+private:
+    struct Corners {
+        Surface surface;
+        std::array<Corner, 3> corners;
+    };
+    std::vector<Vec3d> positions_;
+    std::vector<Vec2d> texcoords_;
+    std::vector<std::pair<std::string, std::vector<Corners>>> parts_;
+};
+
+/// Skin with its openings, and the bag of the mouth.
+void add_skin(const HeadSurface& surface, HeadMeshBuilder& builder, HeadMesh& head);
+/// Eyeballs, teeth with gums, tongue.
+void add_eyeballs(const HeadSurface& surface, HeadMeshBuilder& builder, HeadMesh& head);
+void add_teeth(const HeadSurface& surface, HeadMeshBuilder& builder, HeadMesh& head);
+/// Ring `ring` of the ear at loop angle `psi` (0 front, pi/2 top), on the left.
+Vec3d ear_point(const HeadSurface& surface, int ring, double psi);
+inline constexpr int kEarRings = 13;
+
+}  // namespace mien::samples

@@ -1,0 +1,342 @@
+#include "samples/head_mesh.hpp"
+
+namespace mien::samples {
+namespace {
+
+using Corner = HeadMeshBuilder::Corner;
+
+constexpr double kArc = 72;  // mm of chart per radian of phi on the front
+
+/// The one texture chart of the skin: an unrolled cylinder, the front at full size, the back of the head and the neck
+/// smaller, narrowing towards the crown and the neck's end so that the small charts fit into the corners.
+Vec2d skin_chart(double phi, double t) {
+    const double s = kArc * std::abs(phi), turn = 88;
+    const double across = (s < turn ? s : turn + 46 * (1 - std::exp(-(s - turn) / 46 * 0.9)) / 0.9) / 142.0;
+    static const Spline up({-190, -160, -125, -100, 0, 60, 110, 160}, {0.012, 0.055, 0.145, 0.243, 0.634, 0.852, 0.948, 0.988});
+    const double narrow = mix(1, 0.42, smooth_step(-112, -180, t)) * mix(1, 0.28, smooth_step(30, 150, t));
+    return {0.5 + std::copysign(0.5 * 0.985 * std::min(across, 1.0) * narrow, phi), up(t)};
+}
+
+struct Rect {
+    int i0, i1, j0, j1;
+    bool strictly_inside(int i, int j) const { return i > i0 && i < i1 && j > j0 && j < j1; }
+    bool cell(int i, int j) const { return i >= i0 && i < i1 && j >= j0 && j < j1; }
+};
+
+class SkinGrid {
+public:
+    SkinGrid(const HeadSurface& surface, HeadMeshBuilder& builder) : surface_(surface), builder_(builder) {
+        columns_ = {0};
+        for (const auto& [until, step] : {std::pair{22.0, 2.45}, {84.0, 3.7}, {pi * kArc, 7.4}}) {
+            const double from = columns_.back();
+            const int n = static_cast<int>(std::ceil((until - from) / step - 1e-9));
+            for (int i = 1; i <= n; ++i) columns_.push_back(from + (until - from) * i / n);
+        }
+        half_ = static_cast<int>(columns_.size()) - 1;
+        rows_ = {HeadSurface::kBottom};
+        for (const auto& [until, step] :
+             {std::pair{-126.0, 7.2}, {-50.0, 3.3}, {-32.0, 1.9}, {36.0, 3.3}, {60.0, 4.8}, {146.0, 7.2}, {154.0, 4.0}}) {
+            const double from = rows_.back();
+            const int n = static_cast<int>(std::ceil((until - from) / step - 1e-9));
+            for (int i = 1; i <= n; ++i) rows_.push_back(from + (until - from) * i / n);
+        }
+    }
+
+    int columns() const { return 2 * half_; }
+    int rows() const { return static_cast<int>(rows_.size()); }
+    int middle() const { return half_; }
+    double phi(int i) const { return i < half_ ? -columns_[half_ - i] / kArc : columns_[i - half_] / kArc; }
+    double t(int j) const { return rows_[j]; }
+    /// The first row and column (from the midline to the left) at or beyond a place.
+    int column_at(double s) const { return half_ + int(std::lower_bound(columns_.begin(), columns_.end(), s) - columns_.begin()); }
+    int row_at(double t) const { return int(std::lower_bound(rows_.begin(), rows_.end(), t) - rows_.begin()); }
+    Rect mirrored(const Rect& r) const { return {2 * half_ - r.i1, 2 * half_ - r.i0, r.j0, r.j1}; }
+
+    void build(const std::vector<Rect>& holes) {
+        const int C = columns(), R = rows();
+        corners_.assign(std::size_t(C + 1) * R, Corner{~0u, ~0u});
+        for (int j = 0; j < R; ++j)
+            for (int i = 0; i <= C; ++i) {
+                if (std::any_of(holes.begin(), holes.end(), [&](const Rect& r) { return r.strictly_inside(i, j); })) continue;
+                Vec3d p = surface_.skin(std::abs(phi(i)), t(j));
+                if (i == half_ || i == 0 || i == C) p.x() = 0;
+                if (i < half_) p.x() = -p.x();
+                const std::uint32_t v = i == C ? at(0, j).first : builder_.vertex(p);
+                corners_[std::size_t(j) * (C + 1) + i] = {v, builder_.texcoord(skin_chart(phi(i), t(j)))};
+            }
+        for (int j = 0; j + 1 < R; ++j)
+            for (int i = 0; i < C; ++i)
+                if (std::none_of(holes.begin(), holes.end(), [&](const Rect& r) { return r.cell(i, j); }))
+                    builder_.quad(Surface::skin, at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+        const std::uint32_t crown = builder_.vertex(surface_.loft(0, HeadSurface::kTop));
+        for (int i = 0; i < C; ++i) {
+            const double between = (phi(i) + phi(i + 1)) / 2;
+            builder_.triangle(Surface::skin, at(i, R - 1), at(i + 1, R - 1),
+                              {crown, builder_.texcoord(skin_chart(between, HeadSurface::kTop))});
+        }
+    }
+
+    /// The hole's border, counter-clockwise seen from outside, starting in the middle of the side of greatest column;
+    /// `mirror`: the mirror image of that loop.
+    std::vector<Corner> border(Rect r, bool mirror) const {
+        std::vector<Corner> loop;
+        const Rect side = mirror ? mirrored(r) : r;
+        const int jm = (side.j0 + side.j1) / 2;
+        const auto add = [&](int i, int j) { loop.push_back(at(mirror ? 2 * half_ - i : i, j)); };
+        for (int j = jm; j < side.j1; ++j) add(side.i1, j);
+        for (int i = side.i1; i > side.i0; --i) add(i, side.j1);
+        for (int j = side.j1; j > side.j0; --j) add(side.i0, j);
+        for (int i = side.i0; i < side.i1; ++i) add(i, side.j0);
+        for (int j = side.j0; j < jm; ++j) add(side.i1, j);
+        return loop;
+    }
+
+    /// Stitches loop `inner` into loop `outer`.
+    void band(Surface surface, const std::vector<Corner>& outer, const std::vector<Corner>& inner, bool mirror) {
+        const int n = static_cast<int>(outer.size());
+        for (int k = 0; k < n; ++k) {
+            const int l = (k + 1) % n;
+            if (mirror) builder_.quad(surface, outer[l], outer[k], inner[k], inner[l]);
+            else builder_.quad(surface, outer[k], outer[l], inner[l], inner[k]);
+        }
+    }
+    void cap(Surface surface, const std::vector<Corner>& loop, Corner centre, bool mirror) {
+        const int n = static_cast<int>(loop.size());
+        for (int k = 0; k < n; ++k) {
+            const int l = (k + 1) % n;
+            if (mirror) builder_.triangle(surface, loop[l], loop[k], centre);
+            else builder_.triangle(surface, loop[k], loop[l], centre);
+        }
+    }
+    const Corner& at(int i, int j) const { return corners_[std::size_t(j) * (columns() + 1) + i]; }
+
+private:
+    const HeadSurface& surface_;
+    HeadMeshBuilder& builder_;
+    std::vector<double> columns_, rows_;  // s >= 0 of the left half; t
+    int half_ = 0;
+    std::vector<Corner> corners_;
+};
+
+Vec3d flip(const Vec3d& p, bool mirror) { return mirror ? Vec3d(-p.x(), p.y(), p.z()) : p; }
+
+void remember(Loops& loops, const std::vector<Corner>& ring) {
+    loops.rings.emplace_back();
+    for (const Corner& c : ring) loops.rings.back().push_back(c.first);
+}
+
+/// Chart of a frontal place; x may be negative.
+Vec2d chart_of_front(const HeadSurface& surface, double x, double y) {
+    const Vec2d at = surface.from_front(std::abs(x), y);
+    return skin_chart(std::copysign(at[0], x), at[1]);
+}
+
+/// How far along a half loop (0 .. 1 for k of n/2) from one corner to the other: evenly, a little closer at the corners.
+double along(double f) { return mix(f, 0.5 - 0.5 * std::cos(pi * f), 0.45); }
+
+void add_lids(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& builder, const Rect& rect, int side, HeadMesh& head) {
+    const bool mirror = side == 0;
+    std::vector<Corner> outer = grid.border(rect, mirror);
+    const int n = static_cast<int>(outer.size());
+    Loops& loops = head.lids[side];
+    remember(loops, outer);
+    const Vec3d eye = surface.eye_centre();
+    std::vector<Vec2d> from(n), to(n), chart(n);
+    for (int k = 0; k < n; ++k) {
+        // Frontal place on the loft: the sculpted grid is moved only in depth around the eyes.
+        const Vec3d p = builder.position(outer[k].first);
+        from[k] = {std::abs(p.x()), p.y()};
+        const bool upper = k <= n / 2;
+        const double f = upper ? k / (n / 2.0) : (n - k) / (n / 2.0);
+        to[k] = surface.lid_margin(upper, 1 - along(f));
+        chart[k] = chart_of_front(surface, mirror ? -to[k].x() : to[k].x(), to[k].y());
+    }
+    const Vec2d middle = chart_of_front(surface, mirror ? -31 : 31, 0);
+    std::vector<Vec3d> margin(n);
+    for (int r = 1; r <= HeadMesh::kLidMargin + 3; ++r) {
+        std::vector<Corner> ring(n);
+        for (int k = 0; k < n; ++k) {
+            if (r <= HeadMesh::kLidMargin) {
+                const double f = double(r) / HeadMesh::kLidMargin, w = mix(f, 1 - square(1 - f), 0.35);
+                const Vec2d xy = from[k] + (to[k] - from[k]) * w;
+                margin[k] = surface.front(xy.x(), xy.y());
+                ring[k] = builder.corner(flip(margin[k], mirror), chart_of_front(surface, mirror ? -xy.x() : xy.x(), xy.y()));
+                continue;
+            }
+            const int under = r - HeadMesh::kLidMargin;
+            const Vec3d d = margin[k] - eye;
+            const double radius = d.norm(), skim = surface.proportions().eye_radius + 0.25;
+            const double polar = std::acos(std::clamp(d.z() / radius, -1.0, 1.0)) + (under == 1 ? -0.02 : under == 2 ? 0.12 : 0.4);
+            const double reach = under == 1 ? std::max(skim, radius - 1.6) : skim + (under == 3 ? 0.35 : 0.1);
+            const double xy = std::hypot(d.x(), d.y());
+            const Vec3d p = eye + reach * Vec3d(d.x() / xy * std::sin(polar), d.y() / xy * std::sin(polar), std::cos(polar));
+            ring[k] = builder.corner(flip(p, mirror), chart[k] + (middle - chart[k]) * (0.16 * under));
+        }
+        grid.band(Surface::skin, outer, ring, mirror);
+        remember(loops, ring);
+        outer = ring;
+    }
+}
+
+void add_nostril(SkinGrid& grid, HeadMeshBuilder& builder, const Rect& rect, int side, HeadMesh& head) {
+    const bool mirror = side == 0;
+    std::vector<Corner> outer = grid.border(rect, mirror);
+    remember(head.nostrils[side], outer);
+    Vec3d centre = Vec3d::Zero();
+    Vec2d middle = Vec2d::Zero();
+    for (const Corner& c : outer) {
+        centre += builder.position(c.first) / double(outer.size());
+        middle += builder.uv(c.second) / double(outer.size());
+    }
+    const std::vector<Corner> border = outer;
+    constexpr double kScale[] = {0.80, 0.70, 0.64, 0.5}, kDepth[] = {0.2, 1.4, 4.5, 8.5}, kChart[] = {0.8, 0.64, 0.48, 0.3};
+    for (int r = 0; r < 4; ++r) {
+        std::vector<Corner> ring;
+        for (const Corner& c : border) {
+            const Vec3d p = centre + kScale[r] * (builder.position(c.first) - centre) + kDepth[r] * Vec3d(0, 0.85, -0.53);
+            ring.push_back(builder.corner(p, middle + kChart[r] * (builder.uv(c.second) - middle)));
+        }
+        grid.band(Surface::skin, outer, ring, mirror);
+        remember(head.nostrils[side], ring);
+        outer = ring;
+    }
+    grid.cap(Surface::skin, outer, builder.corner(centre + 9.5 * Vec3d(0, 0.85, -0.53), middle), mirror);
+}
+
+void add_ear(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& builder, const Rect& rect, int side, HeadMesh& head) {
+    // The actor's left ear seen from outside has the face on its left: its loop starts at the greatest column, which is
+    // the back; the loop of ear_point starts in front.
+    const bool mirror = side == 0;
+    std::vector<Corner> outer = grid.border(rect, mirror);
+    const int n = static_cast<int>(outer.size());
+    remember(head.ears[side], outer);
+    Vec2d middle = Vec2d::Zero();
+    for (const Corner& c : outer) middle += builder.uv(c.second) / n;
+    const std::vector<Corner> border = outer;
+    for (int r = 0; r < kEarRings; ++r) {
+        std::vector<Corner> ring;
+        for (int k = 0; k < n; ++k) {
+            const Vec3d p = ear_point(surface, r, pi - 2 * pi * k / n);
+            const double shrink = 1 - 0.94 * (r + 1.0) / kEarRings;
+            ring.push_back(builder.corner(flip(p, mirror), middle + shrink * (builder.uv(border[k].second) - middle)));
+        }
+        grid.band(Surface::skin, outer, ring, mirror);
+        remember(head.ears[side], ring);
+        outer = ring;
+    }
+    Vec3d centre = Vec3d::Zero();
+    for (const Corner& c : outer) centre += builder.position(c.first) / n;
+    grid.cap(Surface::skin, outer, builder.corner(centre, middle), mirror);
+}
+
+void add_mouth(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& builder, const Rect& rect, HeadMesh& head) {
+    std::vector<Corner> outer = grid.border(rect, false);
+    const int n = static_cast<int>(outer.size()), half = n / 2;
+    remember(head.mouth, outer);
+    const double w = surface.mouth_half_width(), lips = surface.proportions().lips;
+    struct Profile {
+        Vec2d from, border;  // frontal
+        double x, sign, full;  // place along the lips, +1 upper, -1 lower; 0 at the corners, 1 in the middle
+    };
+    std::vector<Profile> profiles(n);
+    for (int k = 0; k < n; ++k) {
+        const Vec3d p = builder.position(outer[k].first);
+        const bool upper = k <= half;
+        const double f = upper ? double(k) / half : double(n - k) / half;
+        double x = w * (1 - 2 * along(f));
+        if (k == n / 4 || k == n - n / 4) x = 0;
+        const double a = std::min(std::abs(x), w);
+        const double y = k % half == 0 ? surface.lip_line(w) : upper ? surface.upper_border(a) : surface.lower_border(a);
+        profiles[k] = {{p.x(), p.y()}, {std::copysign(a + (k % half == 0 ? 0.8 : 0.0), x), y}, x, k % half == 0 ? 0.0 : upper ? 1.0 : -1.0,
+                       std::pow(std::max(1 - square(a / w), 0.0), 0.8)};
+    }
+    for (int r = 1; r <= HeadMesh::kInnerLip; ++r) {
+        std::vector<Corner> ring(n);
+        for (int k = 0; k < n; ++k) {
+            const Profile& q = profiles[k];
+            const auto front = [&](double x, double y) { return flip(surface.front(std::abs(x), y), x < 0); };
+            if (r <= HeadMesh::kLipBorder) {
+                const double f = double(r) / HeadMesh::kLipBorder;
+                const Vec2d xy = q.from + (q.border - q.from) * mix(f, 1 - square(1 - f), 0.3);
+                ring[k] = builder.corner(front(xy.x(), xy.y()), chart_of_front(surface, xy.x(), xy.y()));
+                continue;
+            }
+            // Over the lip: from the border it swells and rolls in to the line where the lips meet, then behind it.
+            const Vec3d edge = front(q.border.x(), q.border.y());
+            const double line = surface.lip_line(std::abs(q.x)), line_z = front(q.x, line).z();
+            const double f = double(r - HeadMesh::kLipBorder) / (HeadMesh::kLipContact - HeadMesh::kLipBorder);
+            const double height = q.border.y() - line;
+            Vec3d p;
+            const double swell = (q.sign > 0 ? 3.0 : 4.4) * lips * q.full;
+            if (f <= 1) {
+                // Quarter of a rounded rectangle: first forward and on, last straight in.
+                const double y = line + height * (1 - std::pow(f, 1.25)) + q.sign * 0.06;
+                const double z = mix(edge.z(), line_z, f) + swell * std::sin(pi * std::pow(f, 0.85)) * 0.75 -
+                                 mix(1.6, 2.2, q.full) * std::pow(f, 4);
+                p = {mix(q.border.x(), q.x, f), y, z};
+            } else {
+                const double in = 5 * (f - 1);  // 1, 2
+                p = {q.x * (1 - 0.02 * in), line + q.sign * (0.06 + (0.5 * in * in) * std::max(q.full, 0.15)),
+                     line_z - mix(1.6, 2.2, q.full) - 2.0 * in};
+            }
+            const double open = 2.2 * q.full * std::min(f, 1.0) - 0.5 * std::max(f - 1, 0.0) * 5 * q.full * 0.8;
+            ring[k] = builder.corner(p, chart_of_front(surface, mix(q.border.x(), q.x, std::min(f, 1.0)) - (q.sign == 0 ? std::copysign(0.35 * 5 * f, q.x) : 0.0),
+                                                       (f < 1 ? p.y() : line) + q.sign * open));
+        }
+        grid.band(Surface::skin, outer, ring, false);
+        remember(head.mouth, ring);
+        outer = ring;
+    }
+    // The bag: out around the teeth, then to the throat. A chart of its own, a disc.
+    builder.part("mouth");
+    const Vec2d disc(0.085, 0.088);
+    const double radius = 0.06;
+    constexpr struct { double width, up, down, z, chart; } kBag[] = {
+        {30, 9, 9, 94.5, 0.88}, {33, 18, 17, 90.5, 0.76}, {36, 24, 24, 80, 0.62}, {36, 23, 26, 62, 0.46}, {28, 18, 20, 45, 0.3}, {14, 9, 10, 36, 0.15}};
+    const auto angle = [&](int k) { return 2 * pi * k / n; };
+    for (Corner& c : outer) {
+        const int k = static_cast<int>(&c - outer.data());
+        c.second = builder.texcoord(disc + radius * Vec2d(std::cos(angle(k)), std::sin(angle(k))));
+    }
+    const std::vector<Corner> lip = outer;
+    for (const auto& b : kBag) {
+        std::vector<Corner> ring;
+        for (int k = 0; k < n; ++k) {
+            const double c = std::cos(angle(k)), s = std::sin(angle(k));
+            // The dental arch bends back towards the sides, and the bag with it.
+            const double back = 32 * square(c) * smooth_step(30, 80, b.z);
+            Vec3d p(b.width * c, -71 + (s > 0 ? b.up : b.down) * s, b.z - back);
+            if (k == n / 4 || k == n - n / 4) p.x() = 0;
+            ring.push_back(builder.corner(p, disc + radius * b.chart * Vec2d(c, s)));
+        }
+        grid.band(Surface::mouth, outer, ring, false);
+        remember(head.mouth, ring);
+        outer = ring;
+    }
+    grid.cap(Surface::mouth, outer, builder.corner({0, -72, 33}, disc), false);
+}
+
+}  // namespace
+
+void add_skin(const HeadSurface& surface, HeadMeshBuilder& builder, HeadMesh& head) {
+    SkinGrid grid(surface, builder);
+    const double m = surface.proportions().mouth;
+    const auto even = [](int a, int b) { return (b - a) % 2 == 0 ? b : b + 1; };
+    // Mouth: about the midline, an even number of rows so that the corners of the mouth have a vertex.
+    const int mi = grid.column_at(34 * m + 4) - grid.middle();
+    const Rect mouth{grid.middle() - mi, grid.middle() + mi, grid.row_at(-93), even(grid.row_at(-93), grid.row_at(-53))};
+    const double e = surface.proportions().eye_x;
+    const Rect eye{grid.column_at(e - 21), grid.column_at(e + 22), grid.row_at(-19), even(grid.row_at(-19), grid.row_at(17))};
+    const Rect nostril{grid.column_at(3.2), grid.column_at(10.5), grid.row_at(-45.8), even(grid.row_at(-45.8), grid.row_at(-41.5))};
+    const Rect ear{grid.column_at(100), grid.column_at(148), grid.row_at(-76), even(grid.row_at(-76), grid.row_at(12))};
+    builder.part("skin");
+    grid.build({mouth, eye, grid.mirrored(eye), nostril, grid.mirrored(nostril), ear, grid.mirrored(ear)});
+    for (int side = 0; side < 2; ++side) {
+        add_lids(surface, grid, builder, side ? eye : grid.mirrored(eye), side, head);
+        add_nostril(grid, builder, side ? nostril : grid.mirrored(nostril), side, head);
+        add_ear(surface, grid, builder, side ? ear : grid.mirrored(ear), side, head);
+    }
+    add_mouth(surface, grid, builder, mouth, head);
+}
+
+}  // namespace mien::samples
