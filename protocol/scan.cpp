@@ -19,12 +19,17 @@ public:
 
     ScanResult run() {
         while (at_ < end_) {
-            if (const auto closing = peek(at_); closing && closing->head.type != static_cast<std::uint8_t>(MessageType::group))
-                break;
+            if (closing(at_)) break;
             const std::optional<Found> group = group_at(at_);
-            if (group && whole(*group) && (sound(*group) || followed(*group))) {
-                take(*group);
-                continue;
+            if (group && whole(*group)) {
+                if (sound(*group)) {
+                    take(*group);
+                    continue;
+                }
+                if (followed(*group)) {
+                    at_ += group->head.total();
+                    continue;
+                }
             }
             // Cut by the end of the file, or damaged: only damage has sound groups behind it.
             if (const std::optional<Found> next = next_sound_group(at_ + 1)) {
@@ -38,25 +43,22 @@ public:
     }
 
 private:
-    struct Peeked {
-        MessageHead head;
-    };
     struct Found {
         std::uint64_t offset = 0;
         MessageHead head;
         GroupHead group;
     };
 
-    /// A sound head of a message that may follow the blobs.
-    std::optional<Peeked> peek(std::uint64_t offset) const {
+    /// A sound END, INDEX or TRAILER: no group follows.
+    bool closing(std::uint64_t offset) const {
         const auto bytes = read_(offset, std::min<std::uint64_t>(kMaxHeadBytes, end_ - offset));
-        if (!bytes) return {};
+        if (!bytes) return false;
         const auto head = parse_head(*bytes);
-        if (!head) return {};
+        if (!head || head->total() > end_ - offset) return false;
         const auto type = static_cast<MessageType>(head->type);
-        const bool closing = type == MessageType::end || type == MessageType::index || type == MessageType::trailer;
-        if (type != MessageType::group && !(closing && head->total() <= end_ - offset)) return {};
-        return Peeked{*head};
+        if (type != MessageType::end && type != MessageType::index && type != MessageType::trailer) return false;
+        const auto body = read_(offset + head->size, head->body);
+        return body && parse_body(head->type, *body).ok();
     }
 
     /// A group that could stand at `offset`, by its head alone.
@@ -88,10 +90,11 @@ private:
         return in.ok() && crc == crc32c(ByteView(*body).subspan(in.position()));
     }
 
-    /// Its checksum fails but its length leads to another message: the damage is inside, and only this group is lost.
+    /// Its checksum fails but its length leads to another message: the damage is inside. The group is lost, and as its slot
+    /// and number may be what is wrong, it gets no entry.
     bool followed(const Found& found) const {
         const std::uint64_t next = found.offset + found.head.total();
-        return next == end_ || peek(next).has_value();
+        return next == end_ || group_at(next) || closing(next);
     }
 
     /// The first group from `offset` on whose checksum is sound. The work is bounded: crafted bytes could otherwise make

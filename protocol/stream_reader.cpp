@@ -106,8 +106,14 @@ Result<void> StreamFileReader::read_front() {
 
 Result<void> StreamFileReader::read_blob_places(std::uint64_t at) {
     // BLOBs stand in catalogue order, so a damaged one is known by name.
+    const BlobInfo* before = nullptr;
     for (const BlobInfo& info : catalogue_.blobs) {
-        const auto refuse = [&](const Error& why) { return Error{why.code, describe(info) + ": " + why.message}; };
+        const auto refuse = [&](const Error& why) {
+            // What looks wrong here may be the length of the one before.
+            if (before)
+                if (auto previous = blob(before->hash); !previous) return previous.error();
+            return Error{why.code, describe(info) + ": " + why.message};
+        };
         auto head = read_head(at);
         if (!head) return refuse(head.error());
         if (head->type != static_cast<std::uint8_t>(MessageType::blob))
@@ -120,6 +126,7 @@ Result<void> StreamFileReader::read_blob_places(std::uint64_t at) {
         if (stored->hash != info.hash || stored->kind != info.kind || stored->unpacked != info.size)
             return refuse({ErrorCode::damaged, "its hash, kind or size is not what the catalogue says"});
         blobs_[info.hash] = {at, head->total(), *stored};
+        before = &info;
         at += head->total();
     }
     front_ = at;
