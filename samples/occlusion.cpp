@@ -19,9 +19,14 @@ struct Depths {
         std::fill(high.begin(), high.end(), -kEmpty);
     }
     void draw(const Vec3& a, const Vec3& b, const Vec3& c) {
-        const int x0 = int(std::ceil(std::min({a.x(), b.x(), c.x()}))), x1 = int(std::max({a.x(), b.x(), c.x()}));
-        const int y0 = int(std::ceil(std::min({a.y(), b.y(), c.y()}))), y1 = int(std::max({a.y(), b.y(), c.y()}));
-        if (x0 > x1 || y0 > y1) return;
+        // Cells whose centre a tiny triangle misses are most of them, so this comes before any other work. Coordinates
+        // are positive: truncation is floor, and faster than calling it.
+        const float x_low = std::min(std::min(a.x(), b.x()), c.x()), x_high = std::max(std::max(a.x(), b.x()), c.x());
+        const int x0 = int(x_low) + 1, x1 = int(x_high);
+        if (x0 > x1) return;
+        const float y_low = std::min(std::min(a.y(), b.y()), c.y()), y_high = std::max(std::max(a.y(), b.y()), c.y());
+        const int y0 = int(y_low) + 1, y1 = int(y_high);
+        if (y0 > y1) return;
         const float abx = b.x() - a.x(), aby = b.y() - a.y(), acx = c.x() - a.x(), acy = c.y() - a.y();
         const float area = abx * acy - acx * aby;
         if (std::abs(area) < 1e-9f) return;

@@ -12,7 +12,7 @@ namespace mien::samples {
 class Occlusion {
 public:
     /// blockers: triangles that cast shade. axes: directions / 2. resolution: depth cells per side.
-    explicit Occlusion(std::vector<Triangle> blockers, int axes = 28, int resolution = 224);
+    explicit Occlusion(std::vector<Triangle> blockers, int axes = 22, int resolution = 192);
 
     /// The cosine-weighted open part of the hemisphere above each point, 1 open .. 0 closed. positions, normals: V x 3
     /// (mm, unit); blockers index positions. `reach`: mm; a blocker this far

@@ -97,6 +97,7 @@ struct Skin::Painted {
         const Mesh& neutral = actor.neutral();
         const Painter painter(neutral, actor.landmarks(), complexion, seed);
         const Points normals = vertex_normals(neutral.positions, triangles);
+        const Eigen::VectorXf open = occlusion.at(neutral.positions, normals, reach);
         const std::vector<Surface> surfaces = neutral.triangle_surfaces();
         for (std::uint32_t i = 0; i < map.texels.size(); ++i) {
             const TexelMap::Texel& texel = map.texels[i];
@@ -115,7 +116,8 @@ struct Skin::Painted {
                 const std::uint32_t t = map.texels[texel.place].triangle;
                 Vec3 normal = mix(normals);
                 normal = normal.norm() > 1e-6f ? Vec3(normal.normalized()) : Vec3(Vec3::UnitZ());
-                const Pigment pigment = painter.paint(surfaces[t], mix(neutral.positions), normal, footprint(neutral, t));
+                const float sky = (1 - texel.b1 - texel.b2) * open[a] + texel.b1 * open[b] + texel.b2 * open[c];
+                const Pigment pigment = painter.paint(surfaces[t], mix(neutral.positions), normal, footprint(neutral, t), sky);
                 for (int k = 0; k < 3; ++k) texel.albedo[k] = std::clamp(pigment.albedo[k], 0.002f, 0.95f);
                 texel.perfusion = pigment.perfusion;
                 texel.crease = pigment.crease;
@@ -180,7 +182,8 @@ struct Skin::Painted {
             const float light = count > 0 ? 0.5f * open[row] + 0.5f / count * sum : 1.0f;
             const float blood = std::clamp(-1.25f * field.growth[row], -0.8f, 1.2f) + 0.18f * effort;
             const float depth = std::clamp(1.6f * (field.squeeze[row] - 0.05f), 0.0f, 1.0f);
-            shaded[v] = {1 - strength[v] * (1 - light), blood, depth, 0};
+            // A little darker than the sky alone makes it: what light there is comes from few sides.
+            shaded[v] = {1 - strength[v] * (1 - light * std::sqrt(light)), blood, depth, 0};
         }
         return shaded;
     }

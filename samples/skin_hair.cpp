@@ -62,7 +62,7 @@ void Painter::grow_brows(const SurfaceSampler& face, Random& random) {
         for (std::size_t i = 1; i < brow.size(); ++i) length += (brow[i] - brow[i - 1]).norm();
         length = std::max(length, 1e-3f);
         // Roots lie on the skin itself: candidates over the whole face, kept where the brow is.
-        const int wanted = int(430 * length / (50 * s));
+        const int wanted = int(620 * length / (50 * s));
         int grown = 0;
         for (int tries = 0; tries < 400000 && grown < wanted; ++tries) {
             const SurfaceSampler::Place place = face.draw(random);
@@ -80,7 +80,7 @@ void Painter::grow_brows(const SurfaceSampler& face, Random& random) {
             const Vec3 up = tangent_part(place.normal.cross(outward) * (side == 1 ? 1.0f : -1.0f), place.normal);
             const float height = (p - here).dot(up) / (s * half_width);  // -1 lower edge .. 1 upper edge
             // At the inner end hairs stand up; along the body the lower ones sweep up and the upper ones down to meet.
-            const float stand = 1.25f * (1 - smooth_step(0.0f, 0.26f, along)) + 0.34f - 0.42f * height - 0.30f * smooth_step(0.5f, 1.0f, along);
+            const float stand = 0.95f * (1 - smooth_step(0.0f, 0.26f, along)) + 0.34f - 0.42f * height - 0.30f * smooth_step(0.5f, 1.0f, along);
             const float angle = stand + 0.16f * random.normal();
             const Vec3 start = tangent_part(std::cos(angle) * outward + std::sin(angle) * up, place.normal);
             const float bend = angle * 0.55f - 0.10f;
@@ -94,8 +94,8 @@ void Painter::grow_brows(const SurfaceSampler& face, Random& random) {
             hair.radius_root = s * random.uniform(0.10f, 0.17f);
             hair.radius_tip = 0.02f * s;
             hair.softness = 0.07f * s;
-            hair.tint = complexion_.hair * std::exp(0.25f * random.normal());
-            hair.opacity = 0.72f * (0.55f + 0.45f * smooth_step(0.0f, 0.14f, along));
+            hair.tint = complexion_.hair * std::exp(0.30f * random.normal());
+            hair.opacity = 0.62f * (0.45f + 0.55f * smooth_step(0.0f, 0.14f, along));
             hairs_.add(hair);
             ++grown;
         }

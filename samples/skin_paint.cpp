@@ -12,8 +12,8 @@ Vec3 blend(const Vec3& a, const Vec3& b, float t) { return a + t * (b - a); }
 }  // namespace
 
 Vec3 skin_albedo(float melanin, float haemoglobin) {
-    // Fitted by eye so that (1, 1) is linear (0.66, 0.42, 0.31); melanin eats blue most, haemoglobin green.
-    const Vec3 dermis(0.84f, 0.80f, 0.70f), melanin_absorption(0.125f, 0.23f, 0.45f);
+    // Fitted so that (1, 1) is a fair face, sRGB (211, 163, 146); melanin eats blue most, haemoglobin green.
+    const Vec3 dermis(0.86f, 0.79f, 0.74f), melanin_absorption(0.15f, 0.29f, 0.50f);
     const Vec3 blood(kBloodAbsorption[0], kBloodAbsorption[1], kBloodAbsorption[2]);
     return dermis.cwiseProduct((-melanin * melanin_absorption - haemoglobin * blood).array().exp().matrix());
 }
@@ -48,7 +48,7 @@ Painter::Painter(const Mesh& neutral, const Landmarks& landmarks, const Complexi
     lay_folds();
 }
 
-Pigment Painter::paint(Surface surface, const Vec3& p, const Vec3& normal, float footprint) const {
+Pigment Painter::paint(Surface surface, const Vec3& p, const Vec3& normal, float footprint, float open) const {
     switch (surface) {
         case Surface::eye:
         case Surface::cornea: return eyeball(p, footprint);
@@ -63,10 +63,10 @@ Pigment Painter::paint(Surface surface, const Vec3& p, const Vec3& normal, float
         }
         case Surface::skin: break;
     }
-    return skin(p, normal, footprint);
+    return skin(p, normal, footprint, open);
 }
 
-Pigment Painter::skin(const Vec3& p, const Vec3& normal, float footprint) const {
+Pigment Painter::skin(const Vec3& p, const Vec3& normal, float footprint, float open) const {
     const Landmarks& marks = places_.marks();
     const float s = places_.scale();
     const int side = Places::side_of(p);
@@ -79,14 +79,14 @@ Pigment Painter::skin(const Vec3& p, const Vec3& normal, float footprint) const 
     // Large regions: blood in cheeks, nose, ears and chin; a paler, yellower forehead and neck.
     const float blotch = noise(7, 3, 1), cloud = noise(26, 2, 2);
     const float cheek = near(marks.cheek[side], 21);
-    float blood = 0.82f + 0.13f * cloud;
-    float melanin = 1 + 0.10f * noise(31, 2, 3);
-    blood += 0.58f * cheek * (0.85f + 0.5f * blotch);
+    float blood = 0.80f + 0.22f * cloud;
+    float melanin = 1 + 0.16f * noise(31, 2, 3);
+    blood += 0.50f * cheek * (0.85f + 0.8f * blotch);
     blood += 0.50f * near(marks.nose_tip, 12) + 0.34f * near(marks.nostril[side], 9);
     blood += 0.55f * near(marks.ear[side], 30) * (0.8f + 0.5f * blotch);
     blood += 0.22f * near(marks.chin, 14) + 0.12f * near(marks.glabella, 12);
     const float above_brows = (p.y() - marks.glabella.y()) / s;
-    blood -= 0.13f * smooth_step(6, 34, above_brows);
+    blood -= 0.16f * smooth_step(6, 34, above_brows);
     melanin += 0.10f * smooth_step(4, 30, above_brows);
     const float below_chin = (marks.chin.y() - p.y()) / s;
     blood -= 0.16f * smooth_step(-4, 24, below_chin);
@@ -106,8 +106,8 @@ Pigment Painter::skin(const Vec3& p, const Vec3& normal, float footprint) const 
     melanin += 0.06f * bump(places_.from(p, places_.mouth_centre()), 27);
 
     // Mottling: blood gathers in spots of every size.
-    blood += 0.10f * blotch + 0.10f * noise(2.6f, 2, 4);
-    melanin += 0.045f * noise(4.1f, 3, 5);
+    blood += 0.17f * blotch + 0.20f * noise(2.6f, 2, 4);
+    melanin += 0.12f * noise(4.1f, 3, 5);
 
     // Vermilion: no melanin to speak of, blood close to the surface, fine vertical lines, dark where the lips meet.
     const float ragged = 0.45f * noise(2.2f, 2, 6) + 0.5f * noise(9, 1, 7);
@@ -124,9 +124,9 @@ Pigment Painter::skin(const Vec3& p, const Vec3& normal, float footprint) const 
         const Vec3 along(q.x() / 0.85f + 0.35f * noise(3, 1, 8), q.y() / 7.5f, below ? 5.0f : 0.0f);
         const float lines = gradient_noise(along, seed_ + 31) + 0.5f * gradient_noise(along * 2.1f, seed_ + 32);
         const float across = places_.across_lip(p);
-        blood += lip * ((below ? 0.92f : 1.12f) - 0.25f * (across - 0.5f) + 0.16f * noise(3.5f, 2, 9));
-        melanin += lip * (0.32f - 0.10f * across);
-        lip_shade = 1 - lip * (0.085f * std::max(0.0f, lines) + 0.03f * std::abs(lines));
+        blood += lip * ((below ? 0.95f : 1.15f) - 0.25f * (across - 0.5f) + 0.25f * noise(3.5f, 2, 9));
+        melanin += lip * (0.12f - 0.10f * across);
+        lip_shade = 1 - lip * (0.05f + 0.13f * std::max(0.0f, lines) + 0.05f * std::abs(lines));
         lip_shade *= 1 - 0.30f * lip * bump(across, 0.16f);
         blood += 0.7f * inner_mouth;
         lip_shade *= 1 - 0.82f * inner_mouth * smooth_step(1, 16, behind);
@@ -151,13 +151,13 @@ Pigment Painter::skin(const Vec3& p, const Vec3& normal, float footprint) const 
         const float oily = 0.35f + 0.75f * near(marks.nose_tip, 16) + 0.55f * cheek;
         const float pit = smooth_step(0.38f, 0.08f, pores.nearest) * (1 - lip);
         const float plate = float(pores.id >> 24) / 255 - 0.5f;
-        albedo *= 1 - fine * 0.10f * oily * pit;
-        albedo *= 1 + fine * (0.035f * plate + 0.045f * noise(1.1f, 2, 10));
+        albedo *= 1 - fine * 0.14f * oily * pit;
+        albedo *= 1 + fine * (0.05f * plate + 0.09f * noise(1.1f, 2, 10));
     }
 
     // Nostrils, the wet rim of the lids, the lash line.
-    const float nostril = bump(places_.from(p, marks.nostril[side]), 3.4f) * smooth_step(0.5f, -0.3f, normal.y());
-    albedo = blend(albedo, Vec3(0.055f, 0.018f, 0.013f), 0.85f * nostril);
+    const float nostril = smooth_step(0.80f, 0.42f, open) * smooth_step(17, 11, places_.from(p, marks.nostril[side]));
+    albedo = blend(albedo, Vec3(0.050f, 0.015f, 0.011f), 0.92f * nostril);
     const float into_eye = places_.into_eye(p, side);
     albedo = blend(albedo, Vec3(0.56f, 0.27f, 0.22f), 0.75f * smooth_step(-0.6f, 0.8f, into_eye));
     const float corner = bump(inner, 2.6f);
@@ -187,7 +187,7 @@ void Painter::scatter_freckles(const SurfaceSampler& face, Random& random) {
     const float s = places_.scale();
     const Vec3 bridge = (marks.glabella + 2 * marks.nose_tip) / 3;
     // Poisson spots: as many candidates as the area asks for, kept where the sun and the genes put them.
-    const int candidates = int(face.area() / (s * s) * 0.085f * std::min(3.0f, complexion_.freckles));
+    const int candidates = int(face.area() / (s * s) * 0.16f * std::min(3.0f, complexion_.freckles));
     for (int i = 0; i < candidates; ++i) {
         const SurfaceSampler::Place place = face.draw(random);
         const float keep = random.uniform(), size = random.uniform(), dark = random.uniform();
@@ -203,15 +203,15 @@ void Painter::scatter_freckles(const SurfaceSampler& face, Random& random) {
         spot.a = spot.b = p;
         spot.c = p + s * Vec3(random.normal(), random.normal(), 0) * 0.22f;
         spot.normal = place.normal;
-        spot.radius_root = spot.radius_tip = s * (0.12f + 0.62f * size * size);
-        spot.softness = s * (0.35f + 0.35f * size);
+        spot.radius_root = spot.radius_tip = s * (0.10f + 0.42f * size * size * size);
+        spot.softness = s * (0.45f + 0.45f * size);
         spot.mode = Stroke::Mode::absorb;
         spot.tint = Vec3(0.78f, 0.62f, 0.46f);
-        spot.opacity = (0.18f + 0.55f * dark) * std::min(1.0f, complexion_.freckles);
+        spot.opacity = (0.12f + 0.45f * dark * dark) * std::min(1.0f, complexion_.freckles);
         spots_.add(spot);
     }
     // A few moles, anywhere but on lips and lids.
-    for (int i = 0, kept = 0; i < 400 && kept < 7; ++i) {
+    for (int i = 0, kept = 0; i < 400 && kept < 4; ++i) {
         const SurfaceSampler::Place place = face.draw(random);
         const float size = random.uniform();
         const Vec3& p = place.position;

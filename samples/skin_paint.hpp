@@ -19,12 +19,13 @@ public:
     Painter(const Mesh& neutral, const Landmarks& landmarks, const Complexion& complexion, std::uint64_t seed);
 
     /// footprint: mm that a texel spans here; finer detail is left out.
-    Pigment paint(Surface surface, const Vec3& p, const Vec3& normal, float footprint) const;
+    /// open: how much of the sky the point sees, 0 .. 1.
+    Pigment paint(Surface surface, const Vec3& p, const Vec3& normal, float footprint, float open) const;
 
     const Places& places() const { return places_; }
 
 private:
-    Pigment skin(const Vec3& p, const Vec3& normal, float footprint) const;
+    Pigment skin(const Vec3& p, const Vec3& normal, float footprint, float open) const;
     Pigment eyeball(const Vec3& p, float footprint) const;
     Pigment tooth(const Vec3& p) const;
     Pigment mouth(const Vec3& p, const Vec3& normal) const;
@@ -57,6 +58,6 @@ private:
 /// so much melanin and haemoglobin, both 1 for the fair adult.
 Vec3 skin_albedo(float melanin, float haemoglobin);
 /// What one more unit of haemoglobin multiplies the albedo by, as a natural logarithm per channel.
-inline constexpr float kBloodAbsorption[3] = {0.115f, 0.42f, 0.36f};
+inline constexpr float kBloodAbsorption[3] = {0.13f, 0.50f, 0.42f};
 
 }  // namespace mien::samples

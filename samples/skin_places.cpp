@@ -137,14 +137,19 @@ float Places::into_scalp(const Vec3& p) const {
                                                             {112, -42},
                                                             {140, chin + 26},
                                                             {180, chin + 18}}};
-    std::size_t i = 1;
-    while (i + 1 < hairline.size() && hairline[i].first < azimuth) ++i;
-    const auto [a0, h0] = hairline[i - 1];
-    const auto [a1, h1] = hairline[i];
-    const float t = std::clamp((azimuth - a0) / (a1 - a0), 0.0f, 1.0f), ease = t * t * (3 - 2 * t);
-    const float radius = std::max(20.0f, std::hypot(q.x(), q.z()));
-    const float slope = (h1 - h0) / ((a1 - a0) * radius / 57.29578f);
-    float inside = (q.y() - h0 - (h1 - h0) * ease) / std::sqrt(1 + slope * slope);
+    const auto height = [&](float at) {
+        std::size_t i = 1;
+        while (i + 1 < hairline.size() && hairline[i].first < at) ++i;
+        const auto [a0, h0] = hairline[i - 1];
+        const auto [a1, h1] = hairline[i];
+        const float t = std::clamp((at - a0) / (a1 - a0), 0.0f, 1.0f);
+        return h0 + (h1 - h0) * t * t * (3 - 2 * t);
+    };
+    // Where the line is steep, height over it is not distance from it.
+    constexpr float kSpan = 9;  // degrees
+    const float radius = std::max(45.0f, std::hypot(q.x(), q.z()));
+    const float slope = (height(azimuth + kSpan) - height(azimuth - kSpan)) / (2 * kSpan * radius / 57.29578f);
+    float inside = (q.y() - height(azimuth)) / std::sqrt(1 + slope * slope);
     // No hair on the ears.
     const Vec3 e = (p - marks_.ear[side_of(p)]) / scale_;
     inside = std::min(inside, 24 * (std::hypot(e.y() / 36, (e.z() + 0.2f * e.y()) / 24) - 1));
