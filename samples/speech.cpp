@@ -58,6 +58,19 @@ int on_sound(short* wave, int count, espeak_EVENT* event) {
     return 0;
 }
 
+/// By name ("English (America)", "en+f3") or by language ("en-gb").
+bool set_voice(const std::string& name) {
+    if (espeak_SetVoiceByName(name.c_str()) == EE_OK) return true;
+    // Asked by language the library always finds something, so what it found is looked at: byte 0 is a priority.
+    espeak_VOICE wanted{};
+    wanted.languages = name.c_str();
+    if (espeak_SetVoiceByProperties(&wanted) != EE_OK) return false;
+    const espeak_VOICE* found = espeak_GetCurrentVoice();
+    for (const char* language = found ? found->languages : nullptr; language && *language; language += std::strlen(language) + 1)
+        if (name == language + 1) return true;
+    return false;
+}
+
 /// Band-limited change of sample rate: a Kaiser-windowed sinc of 48 taps, one set of taps per phase.
 std::vector<float> change_rate(const std::vector<float>& in, int from, int to) {
     const Rational ratio = make_rational(from, to);  // input samples per output sample
@@ -127,7 +140,7 @@ Result<Utterance> speak(const std::string& text, const std::string& voice, int w
         return Error{ErrorCode::unavailable, "libespeak-ng cannot find its voices: install espeak-ng-data"};
     Recording heard;
     recording = &heard;
-    const bool known = espeak_SetVoiceByName(voice.c_str()) == EE_OK;
+    const bool known = set_voice(voice);
     bool spoken = false;
     if (known) {
         espeak_SetParameter(espeakRATE, std::clamp(words_per_minute, espeakRATE_MINIMUM, espeakRATE_MAXIMUM), 0);
