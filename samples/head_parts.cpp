@@ -58,8 +58,8 @@ void add_arch(HeadMeshBuilder& builder, VertexRange& range, bool upper) {
     constexpr std::array<Row, 11> kRows = {{{-0.6, 18.5, 0.0, 0.0}, {0.9, 13.5, 0.25, 0.2}, {1.0, 11.0, 0.35, 1.0}, {0.45, 10.0, 0.5, 1.9},
                                             {0.95, 7.8, 0.75, 1.2}, {1.1, 4.0, 0.85, 0.2}, {0.7, 0.9, 0.9, 0}, {0.05, 0.0, 0.7, -0.5},
                                             {-1.1, 0.5, -0.2, -0.5}, {-4.2, 8.5, -0.5, 0}, {-5.2, 16, 0, 0}}};
-    const Vec2d chart = upper ? Vec2d(0.765, 0.115) : Vec2d(0.765, 0.012);
-    const Vec2d chart_size(0.22, 0.085);
+    const Vec2d chart = upper ? Vec2d(0.19, 0.945) : Vec2d(0.51, 0.945);
+    const Vec2d chart_size(0.30, 0.045);
     std::vector<std::vector<Corner>> rows;
     std::vector<Surface> surfaces;
     range.first = builder.vertex_count();
@@ -107,9 +107,9 @@ void add_eyeballs(const HeadSurface& surface, HeadMeshBuilder& builder, HeadMesh
         range.first = builder.vertex_count();
         const double sign = side ? 1 : -1, radius = surface.proportions().eye_radius;
         const Vec3d eye(sign * surface.eye_centre().x(), surface.eye_centre().y(), surface.eye_centre().z());
-        const Vec2d disc(side ? 0.905 : 0.095, 0.905);
+        const Vec2d disc(side ? 0.912 : 0.088, 0.912);
         constexpr int kAround = 32, kRings = 17;
-        const auto chart = [&](double polar) { return 0.085 * std::pow(polar / 2.4, 0.62); };
+        const auto chart = [&](double polar) { return 0.076 * std::pow(polar / 2.4, 0.58); };
         std::vector<std::vector<Corner>> rows;
         for (int r = 1; r <= kRings; ++r) {
             const double polar = 2.4 * std::pow(double(r) / kRings, 1.15);
@@ -144,7 +144,7 @@ void add_teeth(const HeadSurface&, HeadMeshBuilder& builder, HeadMesh& head) {
     add_arch(builder, head.lower_teeth, false);
     builder.part("tongue");
     head.tongue.first = builder.vertex_count();
-    const Vec2d disc(0.20, 0.045);
+    const Vec2d disc(0.945, 0.055);
     constexpr int kAround = 20, kRings = 12;
     std::vector<std::vector<Corner>> rows;
     const auto place = [](double polar, double a) {
@@ -158,7 +158,7 @@ void add_teeth(const HeadSurface&, HeadMeshBuilder& builder, HeadMesh& head) {
         std::vector<Corner> row;
         for (int i = 0; i < kAround; ++i) {
             const double a = 2 * pi * i / kAround;
-            row.push_back(builder.corner(place(polar, a), disc + 0.03 * (r / double(kRings)) * Vec2d(std::cos(a), std::sin(a))));
+            row.push_back(builder.corner(place(polar, a), disc + 0.042 * (r / double(kRings)) * Vec2d(std::cos(a), std::sin(a))));
         }
         rows.push_back(row);
     }
@@ -169,7 +169,7 @@ void add_teeth(const HeadSurface&, HeadMeshBuilder& builder, HeadMesh& head) {
     for (int i = 0; i < kAround; ++i) {
         builder.triangle(Surface::mouth, tip, rows.front()[i], rows.front()[(i + 1) % kAround]);
         const double a = 2 * pi * (i + 0.5) / kAround;
-        const Corner end{root.first, builder.texcoord(disc + 0.03 * Vec2d(std::cos(a), std::sin(a)))};
+        const Corner end{root.first, builder.texcoord(disc + 0.042 * Vec2d(std::cos(a), std::sin(a)))};
         builder.triangle(Surface::mouth, rows.back()[(i + 1) % kAround], rows.back()[i], end);
     }
     head.tongue.count = builder.vertex_count() - head.tongue.first;

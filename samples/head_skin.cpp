@@ -10,11 +10,11 @@ constexpr double kArc = 72;  // mm of chart per radian of phi on the front
 /// The one texture chart of the skin: an unrolled cylinder, the front at full size, the back of the head and the neck
 /// smaller, narrowing towards the crown and the neck's end so that the small charts fit into the corners.
 Vec2d skin_chart(double phi, double t) {
-    const double s = kArc * std::abs(phi), turn = 88;
-    const double across = (s < turn ? s : turn + 46 * (1 - std::exp(-(s - turn) / 46 * 0.9)) / 0.9) / 142.0;
-    static const Spline up({-190, -160, -125, -100, 0, 60, 110, 160}, {0.012, 0.055, 0.145, 0.243, 0.634, 0.852, 0.948, 0.988});
-    const double narrow = mix(1, 0.42, smooth_step(-112, -180, t)) * mix(1, 0.28, smooth_step(30, 150, t));
-    return {0.5 + std::copysign(0.5 * 0.985 * std::min(across, 1.0) * narrow, phi), up(t)};
+    const double s = kArc * std::abs(phi), turn = 92, behind = 0.36;
+    const double across = (std::min(s, turn) + behind * std::max(s - turn, 0.0)) / (turn + behind * (pi * kArc - turn));
+    static const Spline up({-190, -160, -125, -100, 0, 60, 110, 160}, {0.012, 0.05, 0.115, 0.20, 0.57, 0.785, 0.88, 0.925});
+    const double narrow = mix(1, 0.38, smooth_step(-90, -150, t)) * mix(1, 0.28, smooth_step(40, 135, t));
+    return {0.5 + std::copysign(0.488 * across * narrow, phi), up(t)};
 }
 
 struct Rect {
@@ -134,6 +134,23 @@ Vec2d chart_of_front(const HeadSurface& surface, double x, double y) {
 /// How far along a half loop (0 .. 1 for k of n/2) from one corner to the other: evenly, a little closer at the corners.
 double along(double f) { return mix(f, 0.5 - 0.5 * std::cos(pi * f), 0.45); }
 
+/// Paths from the skin grid to the rim of an opening that arrive at right angles to it.
+struct Path {
+    Vec2d from, control, to;
+    Vec2d at(double w) const { return square(1 - w) * from + 2 * w * (1 - w) * control + w * w * to; }
+};
+
+std::vector<Path> paths(const std::vector<Vec2d>& from, const std::vector<Vec2d>& to, double bend) {
+    const int n = static_cast<int>(from.size());
+    std::vector<Path> result(n);
+    for (int k = 0; k < n; ++k) {
+        const Vec2d back = (to[k] - to[(k + n - 1) % n]).normalized(), on = (to[(k + 1) % n] - to[k]).normalized();
+        const Vec2d tangent = (back + on).normalized();  // counter-clockwise, so the outside lies to its right
+        result[k] = {from[k], to[k] + bend * (from[k] - to[k]).norm() * Vec2d(tangent.y(), -tangent.x()), to[k]};
+    }
+    return result;
+}
+
 void add_lids(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& builder, const Rect& rect, int side, HeadMesh& head) {
     const bool mirror = side == 0;
     std::vector<Corner> outer = grid.border(rect, mirror);
@@ -151,14 +168,14 @@ void add_lids(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& build
         to[k] = surface.lid_margin(upper, 1 - along(f));
         chart[k] = chart_of_front(surface, mirror ? -to[k].x() : to[k].x(), to[k].y());
     }
+    const std::vector<Path> path = paths(from, to, 0.4);
     const Vec2d middle = chart_of_front(surface, mirror ? -31 : 31, 0);
     std::vector<Vec3d> margin(n);
     for (int r = 1; r <= HeadMesh::kLidMargin + 3; ++r) {
         std::vector<Corner> ring(n);
         for (int k = 0; k < n; ++k) {
             if (r <= HeadMesh::kLidMargin) {
-                const double f = double(r) / HeadMesh::kLidMargin, w = mix(f, 1 - square(1 - f), 0.35);
-                const Vec2d xy = from[k] + (to[k] - from[k]) * w;
+                const Vec2d xy = path[k].at(double(r) / HeadMesh::kLidMargin);
                 margin[k] = surface.front(xy.x(), xy.y());
                 ring[k] = builder.corner(flip(margin[k], mirror), chart_of_front(surface, mirror ? -xy.x() : xy.x(), xy.y()));
                 continue;
@@ -250,14 +267,16 @@ void add_mouth(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& buil
         profiles[k] = {{p.x(), p.y()}, {std::copysign(a + (k % half == 0 ? 0.8 : 0.0), x), y}, x, k % half == 0 ? 0.0 : upper ? 1.0 : -1.0,
                        std::pow(std::max(1 - square(a / w), 0.0), 0.8)};
     }
+    std::vector<Vec2d> from, to;
+    for (const Profile& q : profiles) from.push_back(q.from), to.push_back(q.border);
+    const std::vector<Path> path = paths(from, to, 0.35);
     for (int r = 1; r <= HeadMesh::kInnerLip; ++r) {
         std::vector<Corner> ring(n);
         for (int k = 0; k < n; ++k) {
             const Profile& q = profiles[k];
             const auto front = [&](double x, double y) { return flip(surface.front(std::abs(x), y), x < 0); };
             if (r <= HeadMesh::kLipBorder) {
-                const double f = double(r) / HeadMesh::kLipBorder;
-                const Vec2d xy = q.from + (q.border - q.from) * mix(f, 1 - square(1 - f), 0.3);
+                const Vec2d xy = path[k].at(double(r) / HeadMesh::kLipBorder);
                 ring[k] = builder.corner(front(xy.x(), xy.y()), chart_of_front(surface, xy.x(), xy.y()));
                 continue;
             }
@@ -270,7 +289,7 @@ void add_mouth(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& buil
             const double swell = (q.sign > 0 ? 3.0 : 4.4) * lips * q.full;
             if (f <= 1) {
                 // Quarter of a rounded rectangle: first forward and on, last straight in.
-                const double y = line + height * (1 - std::pow(f, 1.25)) + q.sign * 0.06;
+                const double y = line + height * (1 - std::pow(f, 1.25)) + q.sign * 0.06 * f;
                 const double z = mix(edge.z(), line_z, f) + swell * std::sin(pi * std::pow(f, 0.85)) * 0.75 -
                                  mix(1.6, 2.2, q.full) * std::pow(f, 4);
                 p = {mix(q.border.x(), q.x, f), y, z};
@@ -279,8 +298,9 @@ void add_mouth(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& buil
                 p = {q.x * (1 - 0.02 * in), line + q.sign * (0.06 + (0.5 * in * in) * std::max(q.full, 0.15)),
                      line_z - mix(1.6, 2.2, q.full) - 2.0 * in};
             }
-            const double open = 2.2 * q.full * std::min(f, 1.0) - 0.5 * std::max(f - 1, 0.0) * 5 * q.full * 0.8;
-            ring[k] = builder.corner(p, chart_of_front(surface, mix(q.border.x(), q.x, std::min(f, 1.0)) - (q.sign == 0 ? std::copysign(0.35 * 5 * f, q.x) : 0.0),
+            // The chart opens the line into a slit.
+            const double open = std::abs(height) * (0.28 * std::min(f, 1.0) - 0.2 * std::max(f - 1, 0.0));
+            ring[k] = builder.corner(p, chart_of_front(surface, mix(q.border.x(), q.x, std::min(f, 1.4) * (q.sign == 0 ? 0.5 : std::min(1 / f, 1.0))),
                                                        (f < 1 ? p.y() : line) + q.sign * open));
         }
         grid.band(Surface::skin, outer, ring, false);
@@ -289,8 +309,8 @@ void add_mouth(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& buil
     }
     // The bag: out around the teeth, then to the throat. A chart of its own, a disc.
     builder.part("mouth");
-    const Vec2d disc(0.085, 0.088);
-    const double radius = 0.06;
+    const Vec2d disc(0.062, 0.062);
+    const double radius = 0.048;
     constexpr struct { double width, up, down, z, chart; } kBag[] = {
         {30, 9, 9, 94.5, 0.88}, {33, 18, 17, 90.5, 0.76}, {36, 24, 24, 80, 0.62}, {36, 23, 26, 62, 0.46}, {28, 18, 20, 45, 0.3}, {14, 9, 10, 36, 0.15}};
     const auto angle = [&](int k) { return 2 * pi * k / n; };
