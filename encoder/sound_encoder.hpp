@@ -24,6 +24,11 @@ struct EncodedSound {
     std::vector<protocol::Group> groups;  ///< slot 0; one object per packet, the pre-roll packets of a group first
 };
 
+/// Resamples where the codec needs it and takes out the encoder's delay: sample 0 of the stream is sample 0 of `sound`.
+/// Every group starts with exactly info.preroll / info.packet_samples packets from before it (in the first group they hold
+/// silence), whose decoded samples are swallowed; group.first_time is the first sample after them, so it is a multiple of
+/// packet_samples. Groups in which no packet starts (the sound is over, or a group is shorter than a packet) are left
+/// out; with group_frames 0 there is one group. The last packet may pass the end: info.samples says where the sound ends.
 Result<EncodedSound> encode_sound(const Sound& sound, const SoundOptions& options);
 
 }  // namespace mien::encoder
