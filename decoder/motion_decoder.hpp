@@ -1,8 +1,10 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
+#include "core/mesh.hpp"
 #include "core/result.hpp"
 #include "model/linear_motion.hpp"
 #include "protocol/stream.hpp"
@@ -12,8 +14,10 @@ namespace mien::decoder {
 /// Turns the objects of one motion rung into motion. Not thread-safe; one per stream.
 class MotionDecoder {
 public:
-    /// `basis`: the unpacked motion_basis blob. Refuses one that does not fit `info`.
-    static Result<MotionDecoder> create(const protocol::MotionInfo& info, ByteView basis);
+    /// `basis`: the unpacked motion_basis blob. Refuses one that does not fit `info`. `triangles`: of the model's neutral
+    /// mesh, when it has one: bases of vertex motion are predicted across it (ErrorCode::missing without).
+    static Result<MotionDecoder> create(const protocol::MotionInfo& info, ByteView basis,
+                                        std::span<const Triangle> triangles = {});
     MotionDecoder(MotionDecoder&&) noexcept;
     MotionDecoder& operator=(MotionDecoder&&) noexcept;
     ~MotionDecoder();

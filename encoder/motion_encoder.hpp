@@ -24,6 +24,9 @@ struct MotionOptions {
     std::optional<double> peak;
     std::optional<double> kbps;          ///< coefficients, pose and basis together over the clip
     std::int64_t group_frames = 30;      ///< frames of a group; 0: the whole clip
+    /// What offsets count from, as the decoder will have it (positions may be quantised in the model); none:
+    /// reference_points(clip, kind). N x 3 mm; ignored for weights.
+    std::optional<Points> reference;
 };
 
 struct EncodedMotion {
@@ -32,6 +35,11 @@ struct EncodedMotion {
     std::vector<protocol::Group> groups;       ///< slot 0, in order
     std::vector<std::uint64_t> state_hashes;   ///< entropy coder's state after every object, for tests
     double rms = 0, peak = 0;                  ///< measured from a decode, mm or weight units
+    /// Where the bits go: bytes of the basis (probabilities apart) and of the objects, and ideal bits of the latter.
+    struct Bits {
+        double basis = 0, probabilities = 0, coefficients = 0, pose = 0;  ///< pose includes gaze and presence
+        double total() const { return basis + probabilities + coefficients + pose; }
+    } bits;
 };
 
 /// Encodes the motion of `options.kind` in `clip`. Fails, saying why, when the asked error cannot be met.

@@ -1,0 +1,297 @@
+#include "coding/motion_basis.hpp"
+
+#include <bit>
+#include <cassert>
+#include <cmath>
+
+#include "coding/motion_channels.hpp"
+#include "coding/static_code.hpp"
+#include "coding/vector_coder.hpp"
+#include "core/byte_io.hpp"
+
+namespace mien::coding {
+namespace {
+
+constexpr std::uint8_t kAcrossMesh = 1, kHasParents = 2, kHasWeights = 4;
+
+Error damaged(const char* what) { return {ErrorCode::damaged, std::string("motion basis: ") + what}; }
+
+bool sane(float v) { return std::isfinite(v) && v > 0; }
+
+template <class Coder>
+void code_start(Coder& coder, MotionStart& start, std::size_t entries, std::size_t weights) {
+    constexpr std::size_t kBins = Binarisation::kBins;
+    std::array<AdaptiveBit, 4> any;
+    std::array<AdaptiveBit, 2 * kBins> present;
+    const std::array<int, 1> counts{int(kBins)};
+    IntegerModel levels(counts, 1, int(kBins), 60);
+    std::array<std::int32_t, kBins> usual{};
+    std::vector<MotionStart::Chance> out;
+    std::size_t next = 0;
+    int before = 0;
+    for (std::size_t context = 0; context < entries / kBins && !coder.failed(); ++context) {
+        const std::size_t begin = context * kBins;
+        const bool has = next < start.chances.size() && start.chances[next].at < begin + kBins;
+        int bit = has;
+        any[std::size_t(before)].code(coder, bit);
+        before = (before << 1 | bit) & 3;
+        if (!bit) continue;
+        int last = 1;
+        for (std::size_t bin = 0; bin < kBins; ++bin) {
+            int here = next < start.chances.size() && start.chances[next].at == begin + bin;
+            present[bin * 2 + std::size_t(last)].code(coder, here);
+            last = here;
+            if (!here) continue;
+            // Levels of one bin are alike from context to context.
+            std::int32_t difference = Coder::kDecodes ? 0 : start.chances[next].level - usual[bin];
+            IntegerModel::Contexts contexts;
+            contexts.input[0] = int(bin);
+            contexts.sign = int(bin);
+            levels.code(coder, difference, contexts);
+            const std::int64_t level = std::int64_t(usual[bin]) + difference;
+            if (level < -30 || level > 30) {
+                coder.fail();
+                return;
+            }
+            out.push_back({std::uint32_t(begin + bin), std::int8_t(level)});
+            usual[bin] = std::int32_t(level);
+            ++next;
+        }
+    }
+    if (Coder::kDecodes) start.chances = std::move(out);
+    if (start.weights.empty()) return;
+    start.weights.resize(weights);
+    IntegerModel weight_model(counts, 1, 1, 60);
+    for (std::size_t i = 0; i < weights && !coder.failed(); ++i) {
+        std::int32_t v = start.weights[i];
+        weight_model.code(coder, v, {});
+        if (v < -127 || v > 127) return coder.fail();
+        start.weights[i] = std::int8_t(v);
+    }
+}
+
+}  // namespace
+
+PointOrder basis_order(const MotionBasis& basis, const MotionShape& shape, std::span<const Triangle> triangles) {
+    if (basis.across_mesh) return mesh_order(shape.points, triangles);
+    if (!basis.parents.empty()) return parent_order(basis.parents);
+    return plain_order(shape.points);
+}
+
+BasisBytes write_motion_basis(const MotionBasis& basis, const MotionShape& shape, const PointOrder& order) {
+    ByteWriter out;
+    out.u8(std::uint8_t(basis.scheme));
+    const MotionChannels layout(shape, basis.size());
+    MotionStart start = basis.start;
+
+    Bytes probabilities;
+    if (basis.scheme == MotionScheme::guenter98) {
+        RangeEncoder coder;
+        for (auto row : basis.static_codes) code_static_row(coder, row);
+        probabilities = coder.finish();
+    } else if (!start.chances.empty() || !start.weights.empty()) {
+        RangeEncoder coder;
+        code_start(coder, start, layout.model_entries(), layout.model_weights());
+        probabilities = coder.finish();
+    }
+    out.varint(probabilities.size());
+    out.bytes(probabilities);
+    out.varint(basis.size());
+    out.f32(basis.step);
+    out.f32(basis.mean_step);
+    std::uint8_t flags = 0;
+    if (basis.across_mesh) flags |= kAcrossMesh;
+    if (!basis.parents.empty()) flags |= kHasParents;
+    if (!start.weights.empty()) flags |= kHasWeights;
+    out.u8(flags);
+    if (shape.pose) {
+        out.f32(basis.translation_step);
+        out.f32(basis.rotation_step);
+        for (float c : basis.centre) out.f32(c);
+    }
+    if (shape.gaze) out.f32(basis.gaze_step);
+    for (int i = 0; i < shape.side_channels(); ++i) out.svarint(basis.side_mean[std::size_t(i)]);
+    if (basis.scheme == MotionScheme::transform) out.u8(basis.block);
+    if (basis.scheme != MotionScheme::guenter98) out.u8(start.confidence);
+    if (basis.scheme == MotionScheme::causal)
+        for (const auto& row : basis.predictors)
+            for (std::int16_t a : row) out.svarint(a);
+    if (basis.across_mesh)
+        for (std::uint8_t s : basis.level_steps) out.u8(s);
+
+    RangeEncoder coder;
+    if (!basis.parents.empty())
+        for (std::uint32_t i = 1; i < shape.points; ++i) {
+            std::uint32_t parent = basis.parents[i];
+            code_plain(coder, parent, int(std::bit_width(i)));
+        }
+    if (basis.scheme == MotionScheme::guenter98) {
+        write_static_vectors(coder, basis, shape);
+    } else {
+        VectorCoder vectors(shape, order, basis.level_steps);
+        std::vector<std::int32_t> walk(std::size_t(shape.dimension()), 0);
+        const auto code = [&](const std::vector<std::int32_t>& vector) {
+            vectors.code(coder, walk, [&](std::size_t i, std::int64_t prediction, std::int32_t step, const auto&, auto&) {
+                const std::int64_t difference = vector[i] - prediction;
+                assert(difference % step == 0);
+                return std::int32_t(difference / step);
+            });
+        };
+        code(basis.mean);
+        for (const auto& component : basis.components) code(component);
+    }
+    out.bytes(coder.finish());
+    return {out.take(), probabilities.size()};
+}
+
+Result<std::size_t> motion_basis_probabilities(ByteView bytes) {
+    ByteReader in(bytes);
+    in.u8();
+    const std::uint64_t size = in.varint();
+    if (!in.ok() || size > in.remaining()) return Error{ErrorCode::truncated, "the motion basis ends inside its head"};
+    return std::size_t(size);
+}
+
+Result<MotionBasis> read_motion_basis(const MotionShape& shape, ByteView bytes, std::span<const Triangle> triangles) {
+    ByteReader in(bytes);
+    MotionBasis basis;
+    const std::uint8_t scheme = in.u8();
+    if (in.ok() && (scheme < 1 || scheme > 3)) return damaged("unknown scheme");
+    basis.scheme = MotionScheme(scheme);
+    const std::uint64_t probabilities_size = in.varint();
+    const ByteView probabilities = in.bytes(probabilities_size);
+    const std::uint64_t k = in.varint();
+    basis.step = in.f32();
+    basis.mean_step = in.f32();
+    const std::uint8_t flags = in.u8();
+    if (!in.ok()) return Error{ErrorCode::truncated, "the motion basis ends inside its head"};
+    if (k > MotionBasis::kMaxComponents || (k + 1) * shape.dimension() > MotionBasis::kMaxValues)
+        return Error{ErrorCode::limit_exceeded, "motion basis: more components than its limits allow"};
+    if (!sane(basis.step) || !sane(basis.mean_step)) return damaged("a step is not a positive number");
+    if (flags > (kAcrossMesh | kHasParents | kHasWeights) || (flags & 3) == 3) return damaged("unknown flags");
+    if (shape.pose) {
+        basis.translation_step = in.f32();
+        basis.rotation_step = in.f32();
+        for (float& c : basis.centre) {
+            c = in.f32();
+            if (!std::isfinite(c)) return damaged("the head's centre is not a number");
+        }
+        if (!sane(basis.translation_step) || !sane(basis.rotation_step)) return damaged("a step is not a positive number");
+    }
+    if (shape.gaze) {
+        basis.gaze_step = in.f32();
+        if (!sane(basis.gaze_step)) return damaged("a step is not a positive number");
+    }
+    for (int i = 0; i < shape.side_channels(); ++i) {
+        const std::int64_t v = in.svarint();
+        if (v < -(1 << 28) || v > (1 << 28)) return damaged("a mean pose out of range");
+        basis.side_mean[std::size_t(i)] = std::int32_t(v);
+    }
+    if (basis.scheme == MotionScheme::transform) {
+        basis.block = in.u8();
+        if (in.ok() && (basis.block < 1 || basis.block > CosineTransform::kMaxLength)) return damaged("block length out of range");
+    }
+    if (basis.scheme != MotionScheme::guenter98) basis.start.confidence = in.u8();
+    const int channels = shape.side_channels() + int(k);
+    if (basis.scheme == MotionScheme::causal) {
+        basis.predictors.resize(std::size_t(channels));
+        for (auto& row : basis.predictors)
+            for (std::int16_t& a : row) {
+                const std::int64_t v = in.svarint();
+                if (v < -2048 || v > 2048) return damaged("a predictor out of range");
+                a = std::int16_t(v);
+            }
+    }
+    basis.across_mesh = flags & kAcrossMesh;
+    if (basis.across_mesh) {
+        for (std::uint8_t& s : basis.level_steps) {
+            s = in.u8();
+            if (in.ok() && s == 0) return damaged("a residual step of zero");
+        }
+        if (triangles.empty())
+            return Error{ErrorCode::missing, "this motion basis is predicted across the neutral mesh, whose triangles are not given"};
+    }
+    if (!in.ok()) return Error{ErrorCode::truncated, "the motion basis ends inside its head"};
+
+    const MotionChannels layout(shape, std::uint32_t(k));
+    if (basis.scheme == MotionScheme::guenter98) {
+        RangeDecoder coder(probabilities);
+        basis.static_codes.resize(std::size_t(channels) + std::size_t(k) + 1);
+        for (auto& row : basis.static_codes) {
+            code_static_row(coder, row);
+            if (coder.failed()) break;
+        }
+        if (!coder.complete()) return damaged("the static codes do not end where they should");
+    } else if (!probabilities.empty() || (flags & kHasWeights)) {
+        RangeDecoder coder(probabilities);
+        if (flags & kHasWeights) basis.start.weights.assign(1, 0);
+        code_start(coder, basis.start, layout.model_entries(), layout.model_weights());
+        if (!coder.complete()) return damaged("the starting probabilities do not end where they should");
+    }
+
+    RangeDecoder coder(in.bytes(in.remaining()));
+    if (flags & kHasParents) {
+        basis.parents.assign(shape.points, 0);
+        for (std::uint32_t i = 1; i < shape.points; ++i) {
+            std::uint32_t parent = 0;
+            code_plain(coder, parent, int(std::bit_width(i)));
+            if (parent > i || coder.failed()) return damaged("a point is predicted from a later one");
+            basis.parents[i] = parent;
+        }
+    }
+    const std::size_t d = std::size_t(shape.dimension());
+    if (basis.scheme == MotionScheme::guenter98) {
+        read_static_vectors(coder, basis, shape, std::uint32_t(k));
+    } else {
+        const PointOrder order = basis_order(basis, shape, triangles);
+        VectorCoder vectors(shape, order, basis.level_steps);
+        std::vector<std::int32_t> walk(d, 0);
+        const auto ignore = [](std::size_t, std::int64_t, std::int32_t, const auto&, auto&) { return 0; };
+        vectors.code(coder, walk, ignore);
+        basis.mean = walk;
+        for (std::uint64_t j = 0; j < k && !coder.failed(); ++j) {
+            vectors.code(coder, walk, ignore);
+            basis.components.push_back(walk);
+        }
+    }
+    if (!coder.complete()) return damaged("its vectors do not end where they should");
+    return basis;
+}
+
+struct VectorQuantiser::State {
+    State(const MotionShape& shape_, const PointOrder& order, const MotionBasis& basis)
+        : shape(shape_), vectors(shape, order, basis.level_steps), walk(std::size_t(shape_.dimension()), 0) {}
+    MotionShape shape;
+    VectorCoder vectors;
+    std::vector<std::int32_t> walk;
+    CostCoder coder;
+};
+
+VectorQuantiser::VectorQuantiser(const MotionShape& shape, const PointOrder& order, const MotionBasis& basis)
+    : state_(std::make_unique<State>(shape, order, basis)) {}
+VectorQuantiser::~VectorQuantiser() = default;
+double VectorQuantiser::bits() const { return state_->coder.bits(); }
+
+std::vector<std::int32_t> VectorQuantiser::quantise(std::span<const double> values, double lambda) {
+    state_->vectors.code(
+        state_->coder, state_->walk,
+        [&](std::size_t i, std::int64_t prediction, std::int32_t step, const IntegerModel::Contexts& contexts,
+            const IntegerModel& model) {
+            const double wanted = (values[i] - double(prediction)) / step;
+            const std::int32_t nearest = std::int32_t(std::clamp(std::lround(wanted), -(1l << 26), 1l << 26));
+            if (nearest == 0 || lambda <= 0) return nearest;
+            // Nearest, or one or two steps towards zero when the bits saved are worth the error.
+            std::int32_t best = nearest;
+            double best_cost = 1e300;
+            for (int back = 0; back <= std::min(2, std::abs(nearest)); ++back) {
+                const std::int32_t r = nearest > 0 ? nearest - back : nearest + back;
+                const double error = (wanted - r) * step;
+                const double cost = error * error + lambda * model.cost(r, contexts);
+                if (cost < best_cost) best_cost = cost, best = r;
+            }
+            return best;
+        });
+    return state_->walk;
+}
+
+}  // namespace mien::coding

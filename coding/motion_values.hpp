@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+#include "coding/motion_basis.hpp"
+#include "coding/motion_frames.hpp"
+#include "core/geometry.hpp"
+
+/// From decoded integers to floats: the one place where a motion stream leaves the integers. Encoder and decoder share it,
+/// so what the encoder measures is what a player shows.
+namespace mien::coding {
+
+/// d: mean of the motion vector.
+Eigen::VectorXf mean_of(const MotionBasis& basis);
+
+/// d x k: columns for coefficients that count sixteenths of a step.
+Eigen::MatrixXf components_of(const MotionBasis& basis);
+
+/// Length of an integer vector; 0 for a vector of zeros.
+double length_of(std::span<const std::int32_t> vector);
+
+/// Pose and gaze as the numbers that are coded, in steps.
+std::array<double, 6> pose_steps(const MotionBasis& basis, const RigidPose& pose);
+std::array<double, 4> gaze_steps(const MotionBasis& basis, const Gaze& gaze);
+
+/// ... and back, from samples in sixteenths (side_mean not yet added).
+RigidPose pose_of(const MotionBasis& basis, const std::array<std::int64_t, 6>& samples);
+Gaze gaze_of(const MotionBasis& basis, const MotionShape& shape, const std::array<std::int64_t, 4>& samples);
+
+}  // namespace mien::coding

@@ -1,0 +1,301 @@
+#include "encoder/motion_groups.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "coding/motion_frames.hpp"
+#include "core/parallel.hpp"
+
+namespace mien::encoder {
+namespace {
+
+using coding::IntegerModel;
+using coding::MotionBasis;
+using coding::MotionFrames;
+using coding::MotionScheme;
+
+// A range encoder that adds up what each channel costs.
+class Metered {
+public:
+    static constexpr bool kDecodes = false;
+    void code(int& bit, coding::Probability set) {
+        encoder_.code(bit, set);
+        bits_ += coding::code_length(bit, set);
+    }
+    bool failed() const { return false; }
+    void fail() { assert(false); }
+    double take_bits() { return std::exchange(bits_, 0.0); }
+    std::uint64_t digest() const { return encoder_.digest(); }
+    Bytes finish() { return encoder_.finish(); }
+
+private:
+    coding::RangeEncoder encoder_;
+    double bits_ = 0;
+};
+
+// The integer near `wanted` that is worth its bits.
+template <class Cost>
+std::int32_t decide(double wanted, double lambda, const Cost& cost) {
+    constexpr double most = double(1 << 25);
+    const std::int32_t nearest = std::int32_t(std::lround(std::clamp(wanted, -most, most)));
+    if (nearest == 0 || lambda <= 0) return nearest;
+    const int towards_zero = nearest > 0 ? -1 : 1;
+    std::array<std::int32_t, 3> tried{nearest, nearest + towards_zero, 0};
+    std::int32_t best = nearest;
+    double best_cost = 1e300;
+    for (std::size_t i = 0; i < (std::abs(nearest) <= 2 ? 3u : 2u); ++i) {
+        if (i == 2 && tried[1] == 0) break;
+        const double error = wanted - tried[i];
+        const double total = error * error + lambda * cost(tried[i]);
+        if (total < best_cost) best_cost = total, best = tried[i];
+    }
+    return best;
+}
+
+struct GroupTask {
+    const MotionBasis& basis;
+    const coding::MotionShape& shape;
+    const GroupPlan& plan;
+    const Eigen::MatrixXd& targets;
+    const std::vector<std::uint8_t>& presence;
+    const GroupOptions& options;
+    CodedGroups& out;
+
+    struct Training {
+        std::vector<std::uint32_t> seen;
+        std::vector<std::int32_t> weights;
+    };
+
+    bool settled(int channel) const { return channel < options.settled_channels; }
+
+    // One channel of a transform group; returns squared error + lambda * bits in squared steps.
+    template <class Coder>
+    double code_channel(Coder& coder, MotionFrames& frames, std::int64_t first, std::uint32_t n, int channel, int split,
+                        double bits_before) const {
+        std::array<double, coding::CosineTransform::kMaxLength> samples, wanted;
+        MotionFrames::Block block;
+        double error = 0;
+        frames.code_channel(
+            coder, channel, n, split,
+            [&](const MotionFrames::Block& next) {
+                block = next;
+                for (std::uint32_t t = 0; t < block.length; ++t)
+                    samples[t] = targets(channel, first + block.first + t) - double(block.base) / MotionBasis::kFraction;
+                coding::CosineTransform::of(int(block.length)).forward(samples.data(), wanted.data());
+            },
+            [&](int f, const IntegerModel::Contexts& contexts, const IntegerModel& model) {
+                const double y = wanted[std::size_t(f)];
+                const std::int32_t q =
+                    settled(channel)
+                        ? options.settled->numbers[std::size_t(channel)][std::size_t(first + block.first + f)]
+                        : decide(y, options.lambda, [&](std::int32_t v) { return model.cost(v, contexts); });
+                error += (y - q) * (y - q);
+                return q;
+            });
+        if constexpr (std::is_same_v<Coder, coding::CostCoder>)
+            return error + options.lambda * (coder.bits() - bits_before);
+        else
+            return error;
+    }
+
+    void transform_group(std::int64_t group, MotionFrames& frames, std::vector<double>& bits) const {
+        const std::int64_t first = plan.first(group);
+        const std::uint32_t n = std::uint32_t(plan.length(group));
+        Metered coder;
+        write_presence(coder, frames, first, n, bits);
+        frames.begin_object(n);
+        for (int c = 0; c < frames.layout().total(); ++c) {
+            int split = 0;
+            if (options.settled && (settled(c) || !options.choose_splits)) {
+                split = options.settled->splits[std::size_t(c)][std::size_t(group)];
+            } else {
+                const MotionFrames::Learnt before = frames.learnt();
+                double best = 1e300;
+                for (int tried = 0; tried < MotionFrames::kSplits; ++tried) {
+                    if (tried > 0 && (n >> tried) < 4) break;
+                    coding::CostCoder cost;
+                    const double total = code_channel(cost, frames, first, n, c, tried, 0);
+                    frames.restore(before);
+                    if (total < best) best = total, split = tried;
+                }
+            }
+            code_channel(coder, frames, first, n, c, split, 0);
+            bits[std::size_t(c)] += coder.take_bits();
+            out.numbers.splits[std::size_t(c)][std::size_t(group)] = std::uint8_t(split);
+            const auto numbers = frames.numbers(c, n);
+            std::copy(numbers.begin(), numbers.end(), out.numbers.numbers[std::size_t(c)].begin() + first);
+            for (std::uint32_t f = 0; f < n; ++f)
+                out.samples(c, first + f) = double(frames.sample(c, f, n)) / MotionBasis::kFraction;
+        }
+        store_object(group, first, n, coder);
+    }
+
+    void frame_group(std::int64_t group, MotionFrames& frames, std::vector<double>& bits) const {
+        const std::int64_t first = plan.first(group);
+        const std::uint32_t n = std::uint32_t(plan.length(group));
+        const bool single = basis.scheme == MotionScheme::causal;
+        Metered coder;
+        if (!single) write_presence(coder, frames, first, n, bits);
+        if (!single) frames.begin_object(n);
+        for (std::uint32_t f = 0; f < n; ++f) {
+            const std::int64_t at = first + f;
+            if (single) {
+                coder = Metered();
+                write_presence(coder, frames, at, 1, bits);
+                frames.begin_object(1);
+            }
+            int last = -1;
+            const auto account = [&](int c) {
+                if (last >= 0) bits[std::size_t(last)] += coder.take_bits();
+                last = c;
+            };
+            const auto wanted = [&](int c, std::int64_t prediction) {
+                return targets(c, at) - double(prediction) / MotionBasis::kFraction;
+            };
+            const auto keep = [&](int c, std::int32_t v) {
+                if (settled(c)) v = options.settled->numbers[std::size_t(c)][std::size_t(at)];
+                return out.numbers.numbers[std::size_t(c)][std::size_t(at)] = v;
+            };
+            if (single)
+                frames.code_frame(coder, [&](int c, std::int64_t prediction, const IntegerModel::Contexts& contexts,
+                                             const IntegerModel& model) {
+                    account(c);
+                    return keep(c, decide(wanted(c, prediction), options.lambda,
+                                          [&](std::int32_t v) { return model.cost(v, contexts); }));
+                });
+            else
+                frames.code_guenter_frame(coder, [&](int c, std::int64_t prediction) {
+                    account(c);
+                    return keep(c, decide(wanted(c, prediction), 0, [](std::int32_t) { return 0.0; }));
+                });
+            account(-1);
+            frames.store_frame(single ? 0 : f, single ? 1 : n);
+            for (int c = 0; c < frames.layout().total(); ++c)
+                out.samples(c, at) = double(frames.sample(c, single ? 0 : f, single ? 1 : n)) / MotionBasis::kFraction;
+            if (single) store_object(group, at, 1, coder);
+        }
+        if (!single) store_object(group, first, n, coder);
+    }
+
+    void write_presence(Metered& coder, MotionFrames& frames, std::int64_t first, std::uint32_t n,
+                        std::vector<double>& bits) const {
+        if (!shape.presence) return;
+        std::vector<std::uint8_t> here(presence.begin() + first * shape.points, presence.begin() + (first + n) * shape.points);
+        frames.code_presence(coder, n, here);
+        bits.back() += coder.take_bits();
+    }
+
+    void store_object(std::int64_t group, std::int64_t first, std::uint32_t n, Metered& coder) const {
+        const bool single = basis.scheme == MotionScheme::causal;
+        out.state_hashes[std::size_t(single ? first : group)] = coder.digest();
+        out.groups[std::size_t(group)].objects.push_back({.frames = n, .bytes = coder.finish()});
+    }
+
+    void run(std::int64_t group, std::vector<double>& bits, Training* training) const {
+        MotionFrames frames(basis, shape);
+        if (training) frames.model().start_counting();
+        out.groups[std::size_t(group)] = {.slot = 0, .group = std::uint32_t(group), .first_time = plan.first(group), .objects = {}};
+        if (basis.scheme == MotionScheme::transform) transform_group(group, frames, bits);
+        else frame_group(group, frames, bits);
+        if (training) {
+            training->seen.assign(frames.model().seen().begin(), frames.model().seen().end());
+            training->weights.assign(frames.model().weights().begin(), frames.model().weights().end());
+        }
+    }
+};
+
+}  // namespace
+
+CodedGroups code_groups(const MotionBasis& basis, const coding::MotionShape& shape, const GroupPlan& plan,
+                        const Eigen::MatrixXd& targets, const std::vector<std::uint8_t>& presence,
+                        const GroupOptions& options) {
+    const std::size_t groups = std::size_t(plan.count());
+    const std::size_t channels = std::size_t(basis.channels(shape));
+    CodedGroups out;
+    out.groups.resize(groups);
+    out.state_hashes.resize(basis.scheme == MotionScheme::causal ? std::size_t(plan.frames) : groups);
+    out.samples = Eigen::MatrixXd::Zero(Eigen::Index(channels), plan.frames);
+    out.numbers.numbers.assign(channels, std::vector<std::int32_t>(std::size_t(plan.frames), 0));
+    out.numbers.splits.assign(channels, std::vector<std::uint8_t>(groups, 0));
+
+    // Groups in batches, so that training data of a long clip does not pile up.
+    const GroupTask task{basis, shape, plan, targets, presence, options, out};
+    out.bits = Eigen::VectorXd::Zero(Eigen::Index(channels));
+    constexpr std::size_t kBatch = 32;
+    for (std::size_t begin = 0; begin < groups; begin += kBatch) {
+        const std::size_t n = std::min(kBatch, groups - begin);
+        std::vector<std::vector<double>> bits(n, std::vector<double>(channels + 1, 0.0));
+        std::vector<GroupTask::Training> training(options.train ? n : 0);
+        parallel_for(std::int64_t(n), [&](std::int64_t i) {
+            task.run(std::int64_t(begin) + i, bits[std::size_t(i)], options.train ? &training[std::size_t(i)] : nullptr);
+        });
+        for (const auto& here : bits) {
+            for (std::size_t c = 0; c < channels; ++c) out.bits[Eigen::Index(c)] += here[c];
+            out.presence_bits += here.back();
+        }
+        for (const auto& here : training) {
+            out.seen.resize(here.seen.size(), 0);
+            out.weights.resize(here.weights.size(), 0);
+            for (std::size_t i = 0; i < here.seen.size(); ++i) out.seen[i] += here.seen[i];
+            for (std::size_t i = 0; i < here.weights.size(); ++i) out.weights[i] += here.weights[i];
+        }
+    }
+    for (const auto& group : out.groups)
+        for (const auto& object : group.objects) out.bytes += object.bytes.size();
+    return out;
+}
+
+coding::MotionStart train_start(const CodedGroups& pass, const coding::MotionStart& used, std::int64_t groups,
+                                int fewest, int confidence) {
+    coding::MotionStart start;
+    start.confidence = std::uint8_t(confidence);
+    for (std::size_t at = 0; at * 2 < pass.seen.size(); ++at) {
+        const double zeros = pass.seen[2 * at], ones = pass.seen[2 * at + 1];
+        if (zeros + ones < fewest) continue;
+        const double logit = 256 * std::log((ones + 0.4) / (zeros + 0.4));
+        const long level = std::clamp(std::lround(logit / coding::MotionStart::kLevelUnit), -30l, 30l);
+        if (level != 0) start.chances.push_back({std::uint32_t(at), std::int8_t(level)});
+    }
+    if (!pass.weights.empty() && groups > 0) {
+        const std::size_t inputs = pass.weights.size() / coding::Binarisation::kBins;
+        const std::int64_t neutral = 65536 * 4 / std::int64_t(inputs * 3);
+        start.weights.resize(pass.weights.size());
+        for (std::size_t i = 0; i < pass.weights.size(); ++i) {
+            const double mean = double(pass.weights[i]) / double(groups);
+            start.weights[i] = std::int8_t(std::clamp(std::lround((mean - double(neutral)) / 2048), -127l, 127l));
+        }
+    }
+    static_cast<void>(used);
+    return start;
+}
+
+void train_predictors(MotionBasis& basis, const GroupPlan& plan, const Eigen::MatrixXd& targets) {
+    basis.predictors.assign(std::size_t(targets.rows()), {});
+    parallel_for(targets.rows(), [&](std::int64_t c) {
+        constexpr int kOrder = MotionBasis::kMaxOrder;
+        Eigen::Matrix<double, kOrder + 1, kOrder + 1> products = Eigen::Matrix<double, kOrder + 1, kOrder + 1>::Zero();
+        double count = 0;
+        for (std::int64_t g = 0; g < plan.count(); ++g)
+            for (std::int64_t i = 1; i < plan.length(g); ++i) {
+                Eigen::Matrix<double, kOrder + 1, 1> x;
+                for (int o = 0; o <= kOrder; ++o) x[o] = targets(c, plan.first(g) + std::max<std::int64_t>(0, i - o));
+                products += x * x.transpose();
+                count += 1;
+            }
+        auto& row = basis.predictors[std::size_t(c)];
+        if (count == 0) {
+            row[0] = 256;
+            return;
+        }
+        // The past is known with the quantiser's error only: 1/12 of a squared step.
+        Eigen::Matrix<double, kOrder, kOrder> normal = products.bottomRightCorner<kOrder, kOrder>();
+        normal.diagonal().array() += count * 0.12;
+        const Eigen::Matrix<double, kOrder, 1> right = products.block<kOrder, 1>(1, 0);
+        const Eigen::Matrix<double, kOrder, 1> a = normal.ldlt().solve(right);
+        for (int o = 0; o < kOrder; ++o) row[std::size_t(o)] = std::int16_t(std::clamp(std::lround(a[o] * 256), -1024l, 1024l));
+    });
+}
+
+}  // namespace mien::encoder

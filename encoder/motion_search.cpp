@@ -1,0 +1,218 @@
+#include "encoder/motion_search.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "coding/motion_frames.hpp"
+#include "coding/motion_values.hpp"
+#include "coding/static_code.hpp"
+
+namespace mien::encoder {
+namespace {
+
+using coding::MotionBasis;
+using coding::MotionScheme;
+using coding::PointOrder;
+
+constexpr std::array<std::uint8_t, PointOrder::kLevels> kLevelSteps{8, 7, 6, 5, 4, 4, 4, 4};
+
+double tuned(const char* name, double otherwise) {
+    const char* v = std::getenv(name);
+    return v ? std::atof(v) : otherwise;
+}
+
+// Earlier point whose row of scaled basis vectors is nearest, or the point itself when none is nearer than zero.
+std::vector<std::uint32_t> nearest_parents(const MotionComponents& c, std::uint32_t points, std::uint32_t coordinates) {
+    constexpr std::uint32_t kMost = 2048;
+    std::vector<std::uint32_t> parents(points);
+    const Eigen::VectorXf weight =
+        (c.coefficients.rowwise().squaredNorm() / double(std::max<Eigen::Index>(1, c.coefficients.cols()))).cwiseSqrt().cast<float>();
+    const Eigen::MatrixXf rows = (c.vectors * weight.asDiagonal()).transpose();
+    for (std::uint32_t i = 0; i < points; ++i) {
+        parents[i] = i;
+        const auto own = rows.middleCols(Eigen::Index(i) * coordinates, coordinates);
+        float best = own.squaredNorm();
+        for (std::uint32_t p = i > kMost ? i - kMost : 0; p < i; ++p) {
+            const float apart = (own - rows.middleCols(Eigen::Index(p) * coordinates, coordinates)).squaredNorm();
+            if (apart < best) best = apart, parents[i] = p;
+        }
+    }
+    return parents;
+}
+
+}  // namespace
+
+MotionSearch::MotionSearch(const MotionTask& task)
+    : task_(task), most_components_(task.components.vectors.cols()), block_(64) {
+    if (task.scheme == MotionScheme::guenter98) {
+        order_ = coding::plain_order(task.shape.points);
+    } else if (!task.triangles.empty()) {
+        order_ = coding::mesh_order(task.shape.points, task.triangles);
+    } else if (most_components_ > 0 && task.shape.points > 1 && task.shape.points <= 20000) {
+        parents_ = nearest_parents(task.components, task.shape.points, task.shape.coordinates);
+        order_ = coding::parent_order(parents_);
+    } else {
+        order_ = coding::plain_order(task.shape.points);
+    }
+    slope_ = tuned("MIEN_SLOPE", slope_);
+    precision_ = tuned("MIEN_PRECISION", precision_);
+    block_ = int(tuned("MIEN_BLOCK", block_));
+}
+
+void MotionSearch::quantise_basis(MotionTrial& trial, double step, double lambda, std::vector<double>& vector_bits) const {
+    MotionBasis& basis = trial.basis;
+    const MotionComponents& c = task_.components;
+    const double frames = double(task_.plan.frames);
+    const double unit = precision_ * step / std::sqrt(frames) / 8;   // mm per eighth
+    basis.mean_step = float(unit);
+    basis.across_mesh = !task_.triangles.empty();
+    basis.parents = parents_;
+    basis.level_steps = basis.across_mesh ? kLevelSteps : std::array<std::uint8_t, PointOrder::kLevels>{8, 8, 8, 8, 8, 8, 8, 8};
+    // A squared eighth costs frames * unit^2 of squared error over the clip.
+    const double per_bit = lambda / (frames * unit * unit);
+    coding::VectorQuantiser quantiser(task_.shape, order_, basis);
+    std::vector<double> values(std::size_t(task_.shape.dimension()));
+    for (Eigen::Index i = 0; i < Eigen::Index(values.size()); ++i) values[std::size_t(i)] = c.mean[i] / double(basis.mean_step);
+    basis.mean = quantiser.quantise(values, per_bit);
+    vector_bits.assign(1, quantiser.bits());
+    for (Eigen::Index j = 0; j < most_components_; ++j) {
+        const double size = std::sqrt(c.coefficients.row(j).squaredNorm() / frames) / unit;
+        for (Eigen::Index i = 0; i < Eigen::Index(values.size()); ++i) values[std::size_t(i)] = c.vectors(i, j) * size;
+        std::vector<std::int32_t> vector = quantiser.quantise(values, per_bit);
+        if (coding::length_of(vector) == 0) break;
+        basis.components.push_back(std::move(vector));
+        vector_bits.push_back(quantiser.bits());
+    }
+}
+
+Eigen::MatrixXd MotionSearch::project(const MotionBasis& basis, double step, Eigen::MatrixXd& cross, Eigen::MatrixXd& gram,
+                                      double& mean_error) const {
+    const MotionComponents& c = task_.components;
+    const Eigen::MatrixXf columns = coding::components_of(basis) * float(MotionBasis::kFraction / step);
+    const Eigen::VectorXf mean_left = c.mean - coding::mean_of(basis);
+    gram = (columns.transpose() * columns).cast<double>();
+    cross = (columns.transpose() * c.vectors).cast<double>() * c.coefficients;
+    cross.colwise() += (columns.transpose() * mean_left).cast<double>();
+    mean_error = mean_left.cast<double>().squaredNorm() * double(task_.plan.frames);
+    if (basis.size() == 0) return cross;
+    Eigen::MatrixXd regular = gram;
+    regular.diagonal().array() += 1e-9;
+    return regular.ldlt().solve(cross);
+}
+
+MotionTrial MotionSearch::run(double step) {
+    if (task_.scheme == MotionScheme::guenter98) return guenter(step);
+    MotionTrial trial;
+    trial.basis = task_.sides;
+    trial.basis.scheme = task_.scheme;
+    trial.basis.step = float(step);
+    trial.basis.block = std::uint8_t(block_);
+    trial.basis.start = start_;
+    step = trial.basis.step;
+    const double lambda = slope_ * step * step;
+    std::vector<double> vector_bits;
+    quantise_basis(trial, step, lambda, vector_bits);
+
+    const int sides = task_.shape.side_channels();
+    GroupOptions options{.lambda = slope_, .choose_splits = true, .train = true, .settled = &task_.side_numbers,
+                         .settled_channels = sides};
+    const double coefficient_energy = task_.components.coefficients.squaredNorm();
+    const int passes = start_.chances.empty() ? 3 : 2;
+    for (int pass = 0; pass < passes; ++pass) {
+        Eigen::MatrixXd cross, gram;
+        double mean_error = 0;
+        const Eigen::MatrixXd wanted = project(trial.basis, step, cross, gram, mean_error);
+        Eigen::MatrixXd targets(sides + wanted.rows(), task_.plan.frames);
+        targets.topRows(sides) = task_.side_targets;
+        targets.bottomRows(wanted.rows()) = wanted / step;
+        if (task_.scheme == MotionScheme::causal) train_predictors(trial.basis, task_.plan, targets);
+        trial.coded = code_groups(trial.basis, task_.shape, task_.plan, targets, task_.presence, options);
+        const Eigen::MatrixXd got = trial.coded.samples.bottomRows(wanted.rows()) * step;
+        const Eigen::MatrixXd mixed = gram * got;
+        trial.squared_error = task_.components.left_out + coefficient_energy + mean_error;
+        Eigen::VectorXd gain(got.rows());
+        for (Eigen::Index j = 0; j < got.rows(); ++j) {
+            gain[j] = 2 * got.row(j).dot(cross.row(j)) - got.row(j).dot(mixed.row(j));
+            trial.squared_error -= gain[j];
+        }
+        // Keep the components that are worth their bits; what follows the best cut is not.
+        Eigen::Index keep = 0;
+        double sum = 0, best = 0;
+        for (Eigen::Index j = 0; j < gain.size(); ++j) {
+            const double bits = vector_bits[std::size_t(j + 1)] - vector_bits[std::size_t(j)] + trial.coded.bits[sides + j];
+            sum += gain[j] - lambda * bits;
+            if (sum > best) best = sum, keep = j + 1;
+        }
+        const bool last = pass + 1 == passes;
+        start_ = train_start(trial.coded, start_, task_.plan.count(), int(tuned("MIEN_FEWEST", 12)), int(tuned("MIEN_CONF", 20)));
+        if (last) break;
+        trial.basis.start = start_;
+        if (keep < gain.size()) {
+            trial.basis.components.resize(std::size_t(keep));
+            if (!trial.basis.predictors.empty()) trial.basis.predictors.resize(std::size_t(sides + keep));
+        }
+    }
+    trial.stored = write_motion_basis(trial.basis, task_.shape, order_);
+    return trial;
+}
+
+MotionTrial MotionSearch::guenter(double step) {
+    // Levels of every basis vector from the deviation of its coefficients; no prediction of vectors, no re-projection.
+    MotionTrial trial;
+    const MotionComponents& c = task_.components;
+    MotionBasis& basis = trial.basis;
+    basis = task_.sides;
+    basis.scheme = MotionScheme::guenter98;
+    basis.step = float(step);
+    step = basis.step;
+    const double frames = double(task_.plan.frames);
+    const double unit = step / std::sqrt(frames);
+    basis.mean_step = float(unit);
+    for (float m : c.mean) basis.mean.push_back(std::int32_t(std::lround(m / unit)));
+    for (Eigen::Index j = 0; j < c.vectors.cols(); ++j) {
+        const double size = std::sqrt(c.coefficients.row(j).squaredNorm() / frames) / unit;
+        // A component that no coefficient reaches is none.
+        if (c.coefficients.row(j).cwiseAbs().maxCoeff() < step / 2) break;
+        std::vector<std::int32_t> vector;
+        for (float u : c.vectors.col(j)) vector.push_back(std::int32_t(std::lround(u * size)));
+        if (coding::length_of(vector) == 0) break;
+        basis.components.push_back(std::move(vector));
+    }
+    const int sides = task_.shape.side_channels();
+    const Eigen::Index k = Eigen::Index(basis.size());
+    Eigen::MatrixXd targets(sides + k, task_.plan.frames);
+    targets.topRows(sides) = task_.side_targets;
+    targets.bottomRows(k) = c.coefficients.topRows(k) / step;
+    basis.static_codes.assign(std::size_t(sides + k) + std::size_t(k) + 1, {});
+    const GroupOptions options{.lambda = 0, .choose_splits = false, .train = false, .settled = &task_.side_numbers,
+                               .settled_channels = sides};
+    trial.coded = code_groups(basis, task_.shape, task_.plan, targets, task_.presence, options);
+    for (std::size_t channel = 0; channel < std::size_t(sides + k); ++channel) {
+        coding::StaticCounter counter;
+        for (std::int32_t v : trial.coded.numbers.numbers[channel]) counter.add(v);
+        basis.static_codes[channel] = counter.row();
+    }
+    for (std::size_t j = 0; j <= std::size_t(k); ++j) {
+        coding::StaticCounter counter;
+        for (std::int32_t v : j ? basis.components[j - 1] : basis.mean) counter.add(v);
+        basis.static_codes[std::size_t(sides + k) + j] = counter.row();
+    }
+    trial.coded = code_groups(basis, task_.shape, task_.plan, targets, task_.presence, options);
+    Eigen::MatrixXd cross, gram;
+    double mean_error = 0;
+    static_cast<void>(project(basis, step, cross, gram, mean_error));
+    const Eigen::MatrixXd got = trial.coded.samples.bottomRows(k) * step;
+    trial.squared_error = c.left_out + c.coefficients.squaredNorm() + mean_error - 2 * got.cwiseProduct(cross).sum() +
+                          got.cwiseProduct(gram * got).sum();
+    trial.stored = write_motion_basis(basis, task_.shape, order_);
+    return trial;
+}
+
+void MotionSearch::tune(double step) {
+    if (task_.scheme == MotionScheme::guenter98) return;
+    static_cast<void>(step);
+}
+
+}  // namespace mien::encoder

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <vector>
+
+#include "coding/motion_basis.hpp"
+#include "core/mesh.hpp"
+#include "encoder/motion_components.hpp"
+#include "encoder/motion_groups.hpp"
+
+namespace mien::encoder {
+
+/// Everything that stays the same while the step is searched for.
+struct MotionTask {
+    coding::MotionShape shape;
+    coding::MotionScheme scheme = coding::MotionScheme::transform;
+    coding::MotionBasis sides;              ///< steps, centre and means of pose and gaze
+    MotionComponents components;            ///< of the motion vectors
+    GroupPlan plan;
+    std::vector<std::uint8_t> presence;
+    Eigen::MatrixXd side_targets;           ///< side channels x F, in steps
+    SettledNumbers side_numbers;            ///< as they are coded, whatever the step
+    std::span<const Triangle> triangles;    ///< of the neutral mesh, for vertex motion; empty: none
+};
+
+/// One way to code the whole clip.
+struct MotionTrial {
+    coding::MotionBasis basis;
+    coding::BasisBytes stored;
+    CodedGroups coded;
+    double squared_error = 0;               ///< of the motion vectors, all frames together
+    double bits() const { return 8.0 * double(stored.bytes.size() + coded.bytes); }
+};
+
+/// Codes a task at any step, carrying what one step teaches (starting probabilities, predictors, how many components pay)
+/// to the next.
+class MotionSearch {
+public:
+    explicit MotionSearch(const MotionTask& task);
+
+    /// One trial with coefficients in steps of `step`.
+    MotionTrial run(double step);
+
+    /// Tunes block length and basis precision near `step` by total bits at equal slope.
+    void tune(double step);
+
+private:
+    MotionTrial guenter(double step);
+    void quantise_basis(MotionTrial& trial, double step, double lambda, std::vector<double>& vector_bits) const;
+    Eigen::MatrixXd project(const coding::MotionBasis& basis, double step, Eigen::MatrixXd& cross, Eigen::MatrixXd& gram,
+                            double& mean_error) const;
+
+    const MotionTask& task_;
+    coding::PointOrder order_;
+    std::vector<std::uint32_t> parents_;
+    coding::MotionStart start_;
+    Eigen::Index most_components_;
+    int block_;
+    double precision_ = 1.0;    ///< basis step over the equal-slope one
+    double slope_ = 0.14;       ///< lambda in squared steps per bit
+};
+
+}  // namespace mien::encoder
