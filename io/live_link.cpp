@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "io/file.hpp"
+#include "io/frame_times.hpp"
 #include "io/limits.hpp"
 #include "io/text.hpp"
 
@@ -43,21 +44,6 @@ double timecode_rate(const std::vector<Timecode>& times) {
     for (const double rate : {24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 100.0, 120.0})
         if (largest < rate) return rate;
     return 240;
-}
-
-/// The usual rate nearest to `measured`, within half a percent; else `measured` in thousandths.
-Rational usual_rate(double measured) {
-    Rational best = make_rational(std::max<std::int64_t>(std::llround(measured * 1000), 1), 1000);
-    double nearest = 0.005;
-    for (const Rational rate : {Rational{10, 1}, {12, 1}, {15, 1}, {20, 1}, {24000, 1001}, {24, 1}, {25, 1}, {30000, 1001}, {30, 1},
-                                {48, 1}, {50, 1}, {60000, 1001}, {60, 1}, {90, 1}, {100, 1}, {120, 1}}) {
-        const double off = std::abs(rate.value() / measured - 1);
-        if (off < nearest) {
-            nearest = off;
-            best = rate;
-        }
-    }
-    return best;
 }
 
 struct Row {
@@ -161,44 +147,30 @@ Result<LiveLinkTake> parse_live_link(std::string_view text) {
     for (const Row& row : rows) times.push_back(row.time);
     const double rate = timecode_rate(times);
 
-    // Steps in timecode frames; half a day backwards is midnight.
-    std::vector<double> steps;
-    for (std::size_t i = 1; i < times.size(); ++i) {
-        double seconds = double(times[i].second - times[i - 1].second);
-        if (seconds < -43200) seconds += 86400;
-        const double step = seconds * rate + times[i].frame - times[i - 1].frame;
-        if (step < 0 || step > kLongestGap * rate)
-            return Error{ErrorCode::invalid, fmt::format("line {}: the timecode jumps by {:.2f} s", rows[i].line, step / rate)};
-        steps.push_back(step);
+    // In timecode frames since the first row's midnight; half a day backwards is the next midnight.
+    std::vector<double> ticks;
+    double midnight = 0;
+    for (std::size_t i = 0; i < times.size(); ++i) {
+        if (i > 0 && times[i - 1].second - times[i].second > 43200) midnight += 86400;
+        ticks.push_back((midnight + double(times[i].second)) * rate + times[i].frame);
     }
-    double usual_step = rate / 30;
+    const auto numbered = number_frames(ticks, kLongestGap * rate);
+    if (!numbered) {
+        // The same place by its line, which people can look up.
+        for (std::size_t i = 1; i < ticks.size(); ++i)
+            if (const double step = ticks[i] - ticks[i - 1]; !(step >= 0 && step <= kLongestGap * rate))
+                return Error{ErrorCode::invalid, fmt::format("line {}: the timecode jumps by {:.2f} s", rows[i].line, step / rate)};
+        return Error{numbered.error().code, "the timecodes make no sense: " + numbered.error().message};
+    }
+    const std::vector<std::int64_t>& frame_of_row = numbered->frame_of_row;
     LiveLinkTake take;
-    take.frame_rate = {30, 1};
-    if (!steps.empty()) {
-        std::vector<double> sorted = steps;
-        std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(sorted.size() / 2), sorted.end());
-        usual_step = sorted[sorted.size() / 2];
-        if (!(usual_step > 0)) return Error{ErrorCode::invalid, "most timecodes of the file are the same"};
-        double sum = 0;
-        std::int64_t frames = 0;
-        for (const double step : steps)
-            if (std::abs(step - usual_step) < usual_step / 2) {
-                sum += step;
-                ++frames;
-            }
-        take.frame_rate = usual_rate(rate * double(frames) / sum);
-    }
-
-    std::vector<std::int64_t> frame_of_row{0};
-    for (std::size_t i = 0; i < steps.size(); ++i) {
-        const auto frames = std::llround(steps[i] / usual_step);
-        frame_of_row.push_back(frame_of_row.back() + frames);
-        if (frames == 0) take.repeated.push_back(std::int64_t(i) + 1);
-    }
-    const std::int64_t frames = frame_of_row.back() + 1;
+    take.frame_rate = numbered->step > 0 ? usual_rate(rate / numbered->step) : Rational{30, 1};
+    for (std::size_t i = 1; i < frame_of_row.size(); ++i)
+        if (frame_of_row[i] == frame_of_row[i - 1]) take.repeated.push_back(std::int64_t(i));
+    const std::int64_t frames = numbered->frames();
     const auto count = std::int64_t(columns.weights.size());
-    if (frames > kMaxFrames || frames > std::int64_t(rows.size()) * 100 + 100000)
-        return Error{ErrorCode::limit_exceeded, "the file has more dropped frames than recorded ones"};
+    if (frames > std::int64_t(rows.size()) * 100 + 1000)
+        return Error{ErrorCode::limit_exceeded, "the file has far more dropped frames than recorded ones"};
 
     take.rows = std::int64_t(rows.size());
     take.weights = WeightSequence(frames, count);

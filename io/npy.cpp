@@ -129,8 +129,8 @@ void convert(ElementType type, const std::byte* from, std::size_t count, float* 
 /// Reads exactly that many bytes, or says no.
 using ReadBytes = std::function<bool(std::byte*, std::size_t)>;
 
-/// `size`: bytes in all, so that a header cannot ask for more than there is.
-Result<NpyArray> parse(const ReadBytes& read, std::uint64_t size) {
+/// `size`: bytes in all, so that a header cannot ask for more than there is. Leaves `read` at the first value.
+Result<Header> read_header(const ReadBytes& read, std::uint64_t size) {
     const Error truncated{ErrorCode::truncated, "the NPY file ends inside its header"};
     std::uint8_t prefix[12];
     if (size < 10 || !read(reinterpret_cast<std::byte*>(prefix), 10)) {
@@ -160,11 +160,15 @@ Result<NpyArray> parse(const ReadBytes& read, std::uint64_t size) {
                      fmt::format("the NPY file ends {} bytes before its array of shape {} does", wanted - there, fmt::format("[{}]", fmt::join(header.shape, ", ")))};
     if (there > wanted)
         return Error{ErrorCode::trailing_bytes, fmt::format("the NPY file has {} bytes after its array", there - wanted)};
+    return header;
+}
 
+Result<NpyArray> parse(const ReadBytes& read, std::uint64_t size) {
+    MIEN_TRY(header, read_header(read, size));
     NpyArray array;
     array.shape = header.shape;
     array.values.resize(std::size_t(header.count));
-    std::vector<std::byte> piece(std::min<std::uint64_t>(wanted, 1 << 20));
+    std::vector<std::byte> piece(std::min<std::uint64_t>(std::uint64_t(header.count) * header.type.size, 1 << 20));
     const std::size_t per_piece = std::max<std::size_t>(piece.size() / header.type.size, 1);
     for (std::size_t at = 0; at < array.values.size(); at += per_piece) {
         const std::size_t count = std::min(per_piece, array.values.size() - at);
@@ -204,14 +208,27 @@ Result<NpyArray> parse_npy(ByteView bytes) {
         bytes.size());
 }
 
-Result<NpyArray> read_npy(const std::filesystem::path& path) {
+namespace {
+
+/// Calls take(read, size) with an opened file.
+template <class T>
+Result<T> with_file(const std::filesystem::path& path, Result<T> (*take)(const ReadBytes&, std::uint64_t)) {
     MIEN_TRY(file, open_to_read(path));
     std::error_code error;
     const std::uint64_t size = std::filesystem::file_size(path, error);
     if (error) return Error{ErrorCode::unavailable, fmt::format("{} has no size: {}", path.string(), error.message())};
-    auto array = parse([&](std::byte* to, std::size_t n) { return std::fread(to, 1, n, file.get()) == n; }, size);
-    if (!array) return in_file(path, array.error());
-    return array;
+    auto taken = take([&](std::byte* to, std::size_t n) { return std::fread(to, 1, n, file.get()) == n; }, size);
+    if (!taken) return in_file(path, taken.error());
+    return taken;
+}
+
+}  // namespace
+
+Result<NpyArray> read_npy(const std::filesystem::path& path) { return with_file<NpyArray>(path, parse); }
+
+Result<std::vector<std::int64_t>> read_npy_shape(const std::filesystem::path& path) {
+    MIEN_TRY(header, with_file<Header>(path, read_header));
+    return std::move(header.shape);
 }
 
 NpyWriter::NpyWriter(const std::filesystem::path& path, const std::vector<std::int64_t>& shape) : file_(path), missing_(1) {

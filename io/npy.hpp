@@ -26,6 +26,8 @@ struct NpyArray {
 Result<NpyArray> parse_npy(ByteView bytes);
 /// The same from a file, converted piece by piece, so that only the floats take memory.
 Result<NpyArray> read_npy(const std::filesystem::path& path);
+/// Its shape alone.
+Result<std::vector<std::int64_t>> read_npy_shape(const std::filesystem::path& path);
 
 /// Writes float32, version 1, value by value as they come. Throws EnvironmentError.
 class NpyWriter {

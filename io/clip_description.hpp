@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/clip.hpp"
+#include "io/finding.hpp"
+
+namespace mien::io {
+
+/// What clip.json says (docs/clip.md), or what a folder without one shows: which file is what. Paths are ready to open.
+struct ClipDescription {
+    using Path = std::filesystem::path;
+
+    std::optional<Rational> frame_rate;
+    std::optional<Unit> unit;
+    std::optional<Path> neutral, vertices, markers, weights, head_pose, gaze, texture, sound;
+    std::vector<Path> masks;
+    std::vector<Path> vertex_files, texture_files;  ///< numbered files found in a folder, instead of `vertices` and `texture`
+
+    /// A file, or the numbers themselves, row by row.
+    struct Numbers {
+        std::optional<Path> file;
+        std::vector<std::vector<double>> rows;
+        bool given() const { return file || !rows.empty(); }
+    };
+    Numbers rigid, marker_sites;
+
+    /// Either one mesh per weight (an empty path: no target), or a file of offsets, or a folder or GLB with named targets.
+    struct Targets {
+        std::vector<Path> meshes;
+        std::optional<Path> file;
+        std::vector<std::string> names;
+        bool given() const { return file || !meshes.empty(); }
+    };
+    Targets blendshapes;
+    std::vector<std::string> weight_names;
+};
+
+/// Parses clip.json. `folder`: what relative paths start from. What is wrong goes to `findings`; the rest is still returned.
+ClipDescription parse_description(std::string_view json, const std::filesystem::path& folder, Findings& findings);
+
+/// Tells what a folder without clip.json, or a single file, holds.
+ClipDescription guess_description(const std::filesystem::path& path, Findings& findings);
+
+}  // namespace mien::io

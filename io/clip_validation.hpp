@@ -1,0 +1,31 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "core/clip.hpp"
+#include "io/finding.hpp"
+
+namespace mien::io {
+
+/// Where the parts of a clip came from, for messages: file names, or empty.
+struct ClipSources {
+    std::string vertices = "vertices", markers = "markers", weights = "weights", neutral = "neutral", texture = "texture", sound = "sound",
+                head_pose = "head_pose", gaze = "gaze";
+    std::vector<std::string> vertex_frames;  ///< the file of each frame, when each has its own
+};
+
+/// Largest side of the bounding box of the present points, mm; nothing when no point is present.
+std::optional<double> extent(PointsRef points);
+/// Of the whole clip as it begins: neutral, else the first frame of vertices or markers that shows points.
+std::optional<double> head_size(const Clip& clip);
+/// The unit in which a head of `size` file units would have the size of a head, if there is one.
+std::optional<Unit> plausible_unit(double size);
+
+/// Says so when the clip's size is no head's (below 50 mm or above 1 m), and which unit was probably meant.
+std::optional<std::string> unit_mistake(const Clip& clip);
+
+/// Holds every promise of core/clip.hpp against the clip; problems and warnings go to `findings`.
+void validate(const Clip& clip, const ClipSources& sources, Findings& findings);
+
+}  // namespace mien::io

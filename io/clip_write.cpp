@@ -1,0 +1,239 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "core/environment_error.hpp"
+#include "io/clip_folder.hpp"
+#include "io/file.hpp"
+#include "io/image_file.hpp"
+#include "io/npy.hpp"
+#include "io/obj.hpp"
+#include "io/sound_file.hpp"
+
+namespace mien::io {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+[[noreturn]] void fail(const fs::path& path, const std::error_code& error) {
+    throw EnvironmentError(fmt::format("cannot write {}: {}", path.string(), error.message()));
+}
+
+/// A folder beside the one that is wanted, gone again unless everything went well.
+class StagingFolder {
+public:
+    explicit StagingFolder(const fs::path& target) {
+        path_ = target.parent_path() / fmt::format(".{}.part-{}", target.filename().string(), getpid());
+        std::error_code error;
+        fs::remove_all(path_, error);
+        fs::create_directories(path_, error);
+        if (error) fail(target, error);
+    }
+    StagingFolder(const StagingFolder&) = delete;
+    StagingFolder& operator=(const StagingFolder&) = delete;
+    ~StagingFolder() {
+        std::error_code ignored;
+        fs::remove_all(path_, ignored);
+    }
+    const fs::path& path() const { return path_; }
+
+private:
+    fs::path path_;
+};
+
+/// Arrays in the clip's own unit, a piece at a time.
+void write_lengths(const fs::path& path, const std::vector<std::int64_t>& shape, std::span<const float> mm, double unit) {
+    NpyWriter writer(path, shape);
+    std::vector<float> piece;
+    for (std::size_t at = 0; at < mm.size(); at += piece.size()) {
+        piece.assign(mm.begin() + std::ptrdiff_t(at), mm.begin() + std::ptrdiff_t(std::min(mm.size(), at + (1 << 18))));
+        if (unit != 1)
+            for (float& value : piece) value = static_cast<float>(value / unit);
+        writer.write(piece);
+    }
+    writer.commit();
+}
+
+Result<void> write_texture(const fs::path& folder, const Clip& clip, const WriteOptions& options, Json& json) {
+    if (options.texture_video) {
+        const fs::path name = "texture" + options.texture_video->extension().string();
+        // The caller's file goes only when the whole clip is in place.
+        std::error_code error;
+        fs::create_hard_link(*options.texture_video, folder / name, error);
+        if (error) fs::copy_file(*options.texture_video, folder / name, error);
+        if (error) fail(folder / name, error);
+        json["texture"] = name.string();
+        return {};
+    }
+    if (!clip.texture) return {};
+    const std::int64_t frames = clip.texture->frames() == 1 ? 1 : std::min(clip.texture->frames(), clip.frame_count());
+    if (frames > 1) fs::create_directory(folder / "texture");
+    for (std::int64_t f = 0; f < frames; ++f) {
+        MIEN_TRY(image, clip.texture->read(f));
+        write_image(frames == 1 ? folder / "texture.png" : folder / "texture" / fmt::format("{:06}.png", f), image);
+        if (options.progress) options.progress("writing texture", f + 1, frames);
+    }
+    json["texture"] = frames == 1 ? "texture.png" : "texture";
+    return {};
+}
+
+void write_motion(const fs::path& folder, const Clip& clip, Json& json) {
+    const double unit = millimetres(clip.unit);
+    const auto sequence = [&](const char* key, const std::optional<PointSequence>& points) {
+        if (!points) return;
+        const std::string name = std::string(key) + ".npy";
+        write_lengths(folder / name, {points->frames, points->points, 3}, points->xyz, unit);
+        json[key] = name;
+    };
+    sequence("vertices", clip.vertices);
+    sequence("markers", clip.markers);
+    if (clip.weights) {
+        const WeightSequence& weights = *clip.weights;
+        write_npy(folder / "weights.npy", {weights.frames, weights.count}, weights.values);
+        json["weights"] = "weights.npy";
+    }
+    if (!clip.head_pose.empty()) {
+        std::vector<float> values;
+        for (const RigidPose& pose : clip.head_pose) {
+            const auto& q = pose.rotation;
+            for (const float value : {q.w(), q.x(), q.y(), q.z()}) values.push_back(value);
+            for (int axis = 0; axis < 3; ++axis) values.push_back(static_cast<float>(pose.translation[axis] / unit));
+        }
+        write_npy(folder / "head_pose.npy", {std::int64_t(clip.head_pose.size()), 7}, values);
+        json["head_pose"] = "head_pose.npy";
+    }
+    if (!clip.gaze.empty()) {
+        std::vector<float> values;
+        for (const Gaze& gaze : clip.gaze)
+            for (int eye = 0; eye < 2; ++eye) {
+                values.push_back(gaze.yaw[eye]);
+                values.push_back(gaze.pitch[eye]);
+            }
+        write_npy(folder / "gaze.npy", {std::int64_t(clip.gaze.size()), 4}, values);
+        json["gaze"] = "gaze.npy";
+    }
+}
+
+/// A site on a triangle is written by the triangle's index and weights in the triangle's order.
+Result<Json> sites_of(const Clip& clip) {
+    const auto sorted = [](Triangle t) {
+        std::sort(t.begin(), t.end());
+        return t;
+    };
+    std::map<Triangle, std::size_t> triangle_of;
+    if (clip.neutral)
+        for (std::size_t t = 0; t < clip.neutral->triangles.size(); ++t) triangle_of.try_emplace(sorted(clip.neutral->triangles[t]), t);
+    Json sites = Json::array();
+    for (const Site& site : clip.marker_sites) {
+        const auto& v = site.vertices;
+        if (v[0] == v[1] && v[1] == v[2]) {
+            sites.push_back(v[0]);
+            continue;
+        }
+        const auto at = triangle_of.find(sorted({v[0], v[1], v[2]}));
+        if (at == triangle_of.end())
+            return Error{ErrorCode::invalid, fmt::format("marker {} sits between vertices {}, {} and {}, which are no triangle of the mesh", sites.size(), v[0], v[1], v[2])};
+        Json entry = Json::array({at->second});
+        for (const std::uint32_t corner : clip.neutral->triangles[at->second])
+            for (int i = 0; i < 3; ++i)
+                if (v[i] == corner) entry.push_back(site.weights[i]);
+        sites.push_back(entry);
+    }
+    return sites;
+}
+
+Result<void> write_statics(const fs::path& folder, const Clip& clip, Json& json) {
+    const double unit = millimetres(clip.unit);
+    if (clip.neutral) {
+        write_obj(folder / "neutral.obj", *clip.neutral, unit);
+        json["neutral"] = "neutral.obj";
+    }
+    if (!clip.marker_sites.empty()) {
+        MIEN_TRY(sites, sites_of(clip));
+        json["marker_sites"] = sites;
+    }
+    if (!clip.blendshapes.empty()) {
+        const std::int64_t V = clip.blendshapes[0].offsets.rows();
+        NpyWriter writer(folder / "blendshapes.npy", {std::int64_t(clip.blendshapes.size()), V, 3});
+        Json names = Json::array();
+        for (const Blendshape& shape : clip.blendshapes) {
+            const Points offsets = (shape.offsets.cast<double>() / unit).cast<float>();
+            writer.write({offsets.data(), std::size_t(offsets.size())});
+            names.push_back(shape.name);
+        }
+        writer.commit();
+        json["blendshapes"] = {{"offsets", "blendshapes.npy"}, {"names", names}};
+    }
+    if (clip.weights && !clip.weights->names.empty()) json["weight_names"] = clip.weights->names;
+    if (!clip.rigid.empty()) json["rigid"] = clip.rigid;
+    if (clip.mask) {
+        write_image(folder / "mask.png", *clip.mask);
+        json["masks"] = "mask.png";
+    }
+    if (clip.sound) {
+        write_wav(folder / "sound.wav", *clip.sound);
+        json["sound"] = "sound.wav";
+    }
+    return {};
+}
+
+/// Moves what was staged into place, clip.json last; what it replaces is kept until then.
+void move_into_place(const fs::path& staged, const fs::path& target) {
+    std::error_code error;
+    fs::create_directories(target, error);
+    if (error) fail(target, error);
+    std::vector<fs::path> names;
+    for (const auto& entry : fs::directory_iterator(staged))
+        if (entry.path().filename() != "clip.json") names.push_back(entry.path().filename());
+    names.emplace_back("clip.json");
+    const fs::path old = staged / ".replaced";
+    fs::create_directory(old, error);
+    if (error) fail(target, error);
+    std::vector<fs::path> moved, replaced;
+    for (const fs::path& name : names) {
+        if (fs::exists(fs::symlink_status(target / name))) {
+            fs::rename(target / name, old / name, error);
+            if (!error) replaced.push_back(name);
+        }
+        if (!error) fs::rename(staged / name, target / name, error);
+        if (!error) {
+            moved.push_back(name);
+            continue;
+        }
+        // Put everything back as it was.
+        std::error_code ignored;
+        for (const fs::path& back : moved) fs::rename(target / back, staged / back, ignored);
+        for (const fs::path& back : replaced) fs::rename(old / back, target / back, ignored);
+        fail(target / name, error);
+    }
+}
+
+}  // namespace
+
+Result<void> write_clip(const fs::path& path, const Clip& clip, const WriteOptions& options) {
+    const fs::path target = fs::absolute(path.has_filename() ? path : path.parent_path()).lexically_normal();
+    std::error_code error;
+    if (fs::exists(target, error)) {
+        if (!fs::is_directory(target, error)) throw EnvironmentError(fmt::format("{} is a file; name a folder for the clip", target.string()));
+        if (!fs::is_empty(target, error) && !options.overwrite)
+            throw EnvironmentError(fmt::format("{} is not empty; name another folder, or ask to overwrite", target.string()));
+    }
+    const StagingFolder staging(target);
+    Json json;
+    if (clip.frame_rate.den == 1) json["fps"] = clip.frame_rate.num;
+    else json["fps"] = to_string(clip.frame_rate);
+    json["unit"] = name_of(clip.unit);
+    MIEN_CHECK(write_statics(staging.path(), clip, json));
+    write_motion(staging.path(), clip, json);
+    MIEN_CHECK(write_texture(staging.path(), clip, options, json));
+    write_file(staging.path() / "clip.json", json.dump(1) + "\n");
+    move_into_place(staging.path(), target);
+    if (options.texture_video) fs::remove(*options.texture_video, error);
+    return {};
+}
+
+}  // namespace mien::io

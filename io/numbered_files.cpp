@@ -1,0 +1,101 @@
+#include "io/numbered_files.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <map>
+
+#include "io/text.hpp"
+
+namespace mien::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+struct Split {
+    std::string before, after;
+    std::int64_t number = -1;  ///< -1: no number
+    std::size_t digits = 0;
+};
+
+/// Cuts a file name at the last number of its stem.
+Split split_name(const std::string& name, std::size_t stem) {
+    std::size_t end = stem;
+    while (end > 0 && !is_digit(name[end - 1])) --end;
+    std::size_t begin = end;
+    while (begin > 0 && is_digit(name[begin - 1]) && end - begin < 15) --begin;
+    if (begin == end) return {name, "", -1, 0};
+    return {name.substr(0, begin), name.substr(end), parse_integer(name.substr(begin, end - begin)).value_or(-1), end - begin};
+}
+
+}  // namespace
+
+std::vector<NumberedFiles> find_numbered(const fs::path& folder, const std::vector<std::string>& endings) {
+    std::map<std::pair<std::string, std::string>, std::vector<std::pair<std::int64_t, fs::path>>> sets;
+    std::error_code error;
+    for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+        const fs::path& path = at->path();
+        const std::string name = path.filename().string();
+        std::error_code ignored;
+        if (name.empty() || name.front() == '.' || at->is_directory(ignored)) continue;
+        if (std::find(endings.begin(), endings.end(), lower_case(path.extension().string())) == endings.end()) continue;
+        const Split cut = split_name(name, path.stem().string().size());
+        sets[{cut.before, cut.after}].emplace_back(cut.number, path);
+    }
+    std::vector<NumberedFiles> result;
+    for (auto& [key, files] : sets) {
+        std::sort(files.begin(), files.end());
+        NumberedFiles set;
+        set.pattern = files[0].first < 0 ? key.first : key.first + "####" + key.second;
+        for (auto& [number, path] : files) {
+            set.numbers.push_back(number);
+            set.paths.push_back(std::move(path));
+        }
+        result.push_back(std::move(set));
+    }
+    std::stable_sort(result.begin(), result.end(), [](const auto& a, const auto& b) { return a.paths.size() > b.paths.size(); });
+    return result;
+}
+
+Result<void> check_no_gap(const NumberedFiles& files) {
+    for (std::size_t i = 1; i < files.numbers.size(); ++i) {
+        if (files.numbers[i] == files.numbers[i - 1])
+            return Error{ErrorCode::mismatch, fmt::format("{} and {} have the same number", files.paths[i - 1].string(), files.paths[i].string())};
+        if (files.numbers[i] != files.numbers[i - 1] + 1)
+            return Error{ErrorCode::mismatch, fmt::format("number {} is missing between {} and {}", files.numbers[i - 1] + 1, files.paths[i - 1].string(),
+                                                          files.paths[i].filename().string())};
+    }
+    return {};
+}
+
+Result<NumberedFiles> open_numbered(const fs::path& pattern, const std::vector<std::string>& endings) {
+    std::error_code ignored;
+    if (fs::is_directory(pattern, ignored)) {
+        auto sets = find_numbered(pattern, endings);
+        if (sets.empty())
+            return Error{ErrorCode::missing, fmt::format("the folder {} has no files ending in {}", pattern.string(), fmt::join(endings, ", "))};
+        MIEN_CHECK(check_no_gap(sets[0]));
+        return std::move(sets[0]);
+    }
+    // Only %d and %0Nd: the pattern is never handed to printf.
+    const std::string name = pattern.filename().string();
+    const std::size_t percent = name.find('%');
+    std::size_t end = percent == std::string::npos ? percent : percent + 1;
+    while (end < name.size() && is_digit(name[end])) ++end;
+    if (percent == std::string::npos || end >= name.size() || name[end] != 'd')
+        return Error{ErrorCode::missing, fmt::format("there is no file {}", pattern.string())};
+    const std::string before = name.substr(0, percent), after = name.substr(end + 1);
+    for (auto& set : find_numbered(pattern.parent_path(), endings)) {
+        const std::string first = set.paths[0].filename().string();
+        if (set.numbers[0] < 0 || !first.starts_with(before) || !first.ends_with(after)) continue;
+        if (set.pattern != before + "####" + after) continue;
+        MIEN_CHECK(check_no_gap(set));
+        return set;
+    }
+    return Error{ErrorCode::missing, fmt::format("no file matches {}", pattern.string())};
+}
+
+}  // namespace mien::io

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <filesystem>
+
+#include "core/hash.hpp"
+#include "core/mesh.hpp"
+#include "core/result.hpp"
+
+namespace mien::io {
+
+/// PLY, ASCII or binary of either byte order: vertex x y z and, where there, texture coordinates per vertex (s t, u v, texture_u
+/// texture_v) or per face corner (texcoord); faces of any size become fans. Other properties and elements are skipped.
+/// Errors: bad_magic, truncated, limit_exceeded, invalid.
+Result<Mesh> parse_ply(ByteView bytes);
+Result<Mesh> read_ply(const std::filesystem::path& path);
+
+}  // namespace mien::io
