@@ -159,8 +159,8 @@ private:
     }
 
     Result<void> add_albedo() {
-        if (!clip_.texture) return {};
-        if (options_.video_albedo) {
+        if (!clip_.texture || options_.albedo == Albedo::none) return {};
+        if (options_.albedo == Albedo::video) {
             out_.model.video_albedo = true;
             layer(LayerKind::video_albedo, {});
             return {};

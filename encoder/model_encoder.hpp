@@ -9,9 +9,12 @@
 
 namespace mien::encoder {
 
+/// Where skin colour comes from: nowhere, the first picture of the clip's texture, or the stream's texture track.
+enum class Albedo { none, picture, video };
+
 struct ModelOptions {
     protocol::MotionKind kind = protocol::MotionKind::vertices;
-    bool video_albedo = false;   ///< the stream has a texture track; else a static texture of the clip joins the model
+    Albedo albedo = Albedo::picture;
     float step = 1.0f / 32;      ///< grid of the neutral positions, mm
 };
 

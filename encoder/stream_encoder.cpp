@@ -1,0 +1,133 @@
+#include "encoder/stream_encoder.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mien::encoder {
+namespace {
+
+using protocol::MotionKind;
+using protocol::Rung;
+using protocol::Track;
+using protocol::TrackKind;
+
+std::uint32_t average_bits(const std::vector<protocol::Group>& groups, double seconds) {
+    std::uint64_t bytes = 0;
+    for (const auto& group : groups)
+        for (const auto& object : group.objects) bytes += object.bytes.size();
+    return seconds > 0 ? std::uint32_t(std::min(4e9, double(bytes) * 8 / seconds)) : 0;
+}
+
+class StreamBuilder {
+public:
+    StreamBuilder(const Clip& clip, const StreamOptions& options) : clip_(clip) {
+        out_.header.name = options.name.empty() ? clip.name : options.name;
+        out_.header.frame_rate = clip.frame_rate;
+        out_.header.frames = std::uint64_t(clip.frame_count());
+        out_.header.unit = clip.unit;
+        seconds_ = double(clip.frame_count()) / clip.frame_rate.value();
+    }
+
+    /// The track gets the next free slot, and its groups with it.
+    void add(Track track, Rung rung, std::vector<protocol::Group> groups) {
+        rung.slot = std::uint8_t(out_.header.tracks.size());
+        rung.bits_per_second = average_bits(groups, seconds_);
+        for (auto& group : groups) {
+            group.slot = rung.slot;
+            out_.groups.push_back(std::move(group));
+        }
+        track.rungs.push_back(std::move(rung));
+        out_.header.tracks.push_back(std::move(track));
+    }
+
+    EncodedStream finish() {
+        std::stable_sort(out_.groups.begin(), out_.groups.end(), [](const auto& a, const auto& b) {
+            return std::pair(a.group, a.slot) < std::pair(b.group, b.slot);
+        });
+        return std::move(out_);
+    }
+
+    EncodedStream& out() { return out_; }
+
+private:
+    const Clip& clip_;
+    EncodedStream out_;
+    double seconds_ = 0;
+};
+
+}  // namespace
+
+std::int64_t group_frames(Rational frame_rate, double seconds) {
+    return std::max<std::int64_t>(1, std::llround(seconds * frame_rate.value()));
+}
+
+Result<EncodedStream> encode_stream(const Clip& clip, const StreamOptions& options, const Progress& progress) {
+    const std::int64_t frames = clip.frame_count();
+    if (frames == 0) return Error{ErrorCode::missing, "the clip has no frame to encode"};
+    const std::int64_t per_group = options.group_seconds ? group_frames(clip.frame_rate, *options.group_seconds) : 0;
+    // A texture of one frame is static, whatever its codec would cost.
+    const bool video = options.texture && clip.texture && clip.texture->frames() > 1;
+    if (video && clip.texture->frames() < frames)
+        return Error{ErrorCode::mismatch, "the texture has " + std::to_string(clip.texture->frames()) + " frames but the motion has " + std::to_string(frames)};
+
+    StreamBuilder stream(clip, options);
+    ModelOptions model_options;
+    model_options.kind = options.motion.kind;
+    model_options.albedo = video ? Albedo::video : options.texture ? Albedo::picture : Albedo::none;
+    if (options.motion.kind == MotionKind::vertices && options.motion.rms) model_options.step = shape_step(*options.motion.rms);
+    if (options.motion.kind == MotionKind::vertices && options.motion.peak) model_options.step = shape_step(*options.motion.peak / 5);
+    if (progress) progress("face model", 0, 0);
+    MIEN_TRY(model, encode_model(clip, model_options));
+    EncodedStream& out = stream.out();
+    out.header.model = model.manifest;
+    out.header.group_frames = std::uint32_t(per_group);
+    out.blobs = std::move(model.blobs);
+
+    MotionOptions motion_options = options.motion;
+    motion_options.group_frames = per_group;
+    switch (options.motion.kind) {
+        case MotionKind::vertices: motion_options.reference = model.model.neutral.positions; break;
+        case MotionKind::markers:
+            if (const auto* blend = std::get_if<model::BlendBase>(&model.model.base)) motion_options.reference = blend->markers;
+            else motion_options.reference = std::get<model::PointBase>(model.model.base).markers;
+            break;
+        case MotionKind::weights: break;
+    }
+    MIEN_TRY(motion, encode_motion(clip, motion_options, progress));
+    out.motion_rms = motion.rms;
+    out.motion_peak = motion.peak;
+    const Hash basis = sha256(motion.basis);
+    out.blobs.push_back({basis, protocol::BlobKind::motion_basis, std::move(motion.basis)});
+    Track motion_track{TrackKind::motion, "motion", clip.frame_rate.inverse(), motion.info, {}};
+    Rung motion_rung;
+    motion_rung.codec = "motion";
+    motion_rung.basis = basis;
+    stream.add(std::move(motion_track), std::move(motion_rung), std::move(motion.groups));
+
+    if (video) {
+        TextureOptions texture_options = *options.texture;
+        texture_options.group_frames = per_group;
+        MIEN_TRY(texture, encode_texture(clip, texture_options, progress));
+        Rung rung;
+        rung.codec = texture.codec;
+        rung.codec_config = std::move(texture.codec_config);
+        rung.priority = 2;
+        stream.add({TrackKind::texture, "texture", clip.frame_rate.inverse(), texture.info, {}}, std::move(rung), std::move(texture.groups));
+    }
+    if (options.sound && clip.sound) {
+        SoundOptions sound_options = *options.sound;
+        sound_options.group_frames = per_group;
+        sound_options.frame_rate = clip.frame_rate;
+        sound_options.frames = frames;
+        if (progress) progress("sound", 0, 0);
+        MIEN_TRY(sound, encode_sound(*clip.sound, sound_options));
+        Rung rung;
+        rung.codec = sound.codec;
+        rung.codec_config = std::move(sound.codec_config);
+        rung.priority = 1;
+        stream.add({TrackKind::sound, "sound", sound.time_base, sound.info, {}}, std::move(rung), std::move(sound.groups));
+    }
+    return stream.finish();
+}
+
+}  // namespace mien::encoder

@@ -1,0 +1,46 @@
+#include <fmt/core.h>
+
+#include "io/clip_folder.hpp"
+#include "tools/commands.hpp"
+#include "tools/console.hpp"
+#include "tools/stored_stream.hpp"
+
+namespace mien::tools {
+namespace {
+
+struct Request {
+    std::string file, output;
+    bool overwrite = false, no_texture = false, quiet = false;
+};
+
+int decode(const Request& request) {
+    auto stream = StoredStream::open(request.file);
+    if (!stream.ok()) return fail(stream.error());
+    if (!stream->reader().complete()) warn("'" + request.file + "': " + stream->reader().complaint());
+    const Progress progress = progress_bar(request.quiet);
+    auto clip = decode_stream(*stream, progress);
+    if (!clip.ok()) return fail(clip.error());
+    if (request.no_texture) clip->texture = nullptr;
+    io::WriteOptions options;
+    options.overwrite = request.overwrite;
+    options.progress = progress;
+    if (auto written = io::write_clip(request.output, *clip, options); !written.ok()) return fail(written.error());
+    end_progress();
+    if (!request.quiet) fmt::print("{}: {} frames\n", request.output, clip->frame_count());
+    return kDone;
+}
+
+}  // namespace
+
+void add_decode(CLI::App& mien, int& code) {
+    auto request = std::make_shared<Request>();
+    CLI::App* command = mien.add_subcommand("decode", "Decode a stream file back into a clip folder");
+    command->add_option("file", request->file, "Stream file")->required();
+    command->add_option("-o,--output", request->output, "Clip folder to write")->required();
+    command->add_flag("-y,--overwrite", request->overwrite, "Overwrite what is in the folder");
+    command->add_flag("--no-texture", request->no_texture, "Leave the texture out");
+    command->add_flag("-q,--quiet", request->quiet, "No progress, no summary");
+    command->callback([request, &code] { code = guarded([&] { return decode(*request); }); });
+}
+
+}  // namespace mien::tools

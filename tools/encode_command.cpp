@@ -1,0 +1,196 @@
+#include <fcntl.h>
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include "core/environment_error.hpp"
+#include "core/parallel.hpp"
+#include "encoder/stream_encoder.hpp"
+#include "io/clip_folder.hpp"
+#include "protocol/stream_file.hpp"
+#include "tools/commands.hpp"
+#include "tools/console.hpp"
+
+namespace mien::tools {
+namespace {
+
+struct Request {
+    std::string clip, output, name, fps;
+    std::string motion = "auto", preset = "file", group = "1", unit;
+    std::optional<double> rms, peak, motion_kbps;
+    std::string texture_codec = "h264", texture_speed;
+    std::optional<double> texture_kbps, texture_quality;
+    std::string sound_codec = "opus";
+    double sound_kbps = 48;
+    bool no_texture = false, no_sound = false, overwrite = false, quiet = false;
+    int threads = 0;
+};
+
+/// A file that appears under its name only when it is whole.
+class AtomicFile {
+public:
+    explicit AtomicFile(const std::filesystem::path& path) : path_(path), part_(path.string() + ".part") {
+        fd_ = ::open(part_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+        if (fd_ < 0) throw EnvironmentError("cannot write '" + part_.string() + "': " + std::strerror(errno));
+    }
+    ~AtomicFile() {
+        if (fd_ < 0) return;
+        ::close(fd_);
+        std::error_code ignored;
+        std::filesystem::remove(part_, ignored);
+    }
+    AtomicFile(const AtomicFile&) = delete;
+    AtomicFile& operator=(const AtomicFile&) = delete;
+
+    void append(ByteView bytes) {
+        while (!bytes.empty()) {
+            const ssize_t n = ::write(fd_, bytes.data(), bytes.size());
+            if (n < 0 && errno == EINTR) continue;
+            if (n <= 0) give_up(n < 0 ? errno : ENOSPC);
+            bytes = bytes.subspan(std::size_t(n));
+        }
+    }
+    void commit() {
+        if (::fsync(fd_) != 0 && errno != EINVAL) give_up(errno);
+        if (::close(std::exchange(fd_, -1)) != 0) give_up(errno);
+        std::filesystem::rename(part_, path_);
+    }
+
+private:
+    [[noreturn]] void give_up(int reason) {
+        throw EnvironmentError("cannot write '" + path_.string() + "': " + std::strerror(reason) +
+                               (reason == ENOSPC ? "; free some space and try again" : ""));
+    }
+    std::filesystem::path path_, part_;
+    int fd_ = -1;
+};
+
+Result<encoder::StreamOptions> stream_options(const Request& request, const Clip& clip) {
+    using protocol::MotionKind;
+    encoder::StreamOptions options;
+    options.name = request.name;
+    MotionKind kind = clip.vertices ? MotionKind::vertices : clip.markers ? MotionKind::markers : MotionKind::weights;
+    if (request.motion == "vertices") kind = MotionKind::vertices;
+    if (request.motion == "markers") kind = MotionKind::markers;
+    if (request.motion == "weights") kind = MotionKind::weights;
+    const bool there = kind == MotionKind::vertices ? clip.vertices.has_value() : kind == MotionKind::markers ? clip.markers.has_value() : clip.weights.has_value();
+    if (!there) return Error{ErrorCode::missing, "the clip has no " + request.motion};
+    options.motion.kind = kind;
+    options.motion.preset = request.preset == "live" ? encoder::MotionPreset::live
+                            : request.preset == "guenter98" ? encoder::MotionPreset::guenter98
+                                                            : encoder::MotionPreset::file;
+    if (request.peak || request.motion_kbps) options.motion.rms.reset();
+    // A tenth of a millimetre is what skin shows; weights run from 0 to 1 and half a percent moves skin by about as much.
+    else options.motion.rms = request.rms.value_or(kind == MotionKind::weights ? 0.005 : 0.1);
+    options.motion.peak = request.peak;
+    options.motion.kbps = request.motion_kbps;
+    if (request.group == "whole") {
+        options.group_seconds.reset();
+    } else {
+        try {
+            std::size_t used = 0;
+            options.group_seconds = std::stod(request.group, &used);
+            if (used != request.group.size() || !(*options.group_seconds > 0) || *options.group_seconds > 3600) throw std::invalid_argument("");
+        } catch (const std::exception&) {
+            return Error{ErrorCode::invalid, "--group takes seconds (up to 3600) or 'whole', not '" + request.group + "'"};
+        }
+    }
+    if (request.no_texture) {
+        options.texture.reset();
+    } else {
+        options.texture->codec = request.texture_codec;
+        options.texture->kbps = request.texture_kbps;
+        options.texture->quality = request.texture_quality;
+        options.texture->speed = request.texture_speed;
+    }
+    if (request.no_sound) {
+        options.sound.reset();
+    } else {
+        options.sound->codec = request.sound_codec;
+        options.sound->kbps = request.sound_kbps;
+    }
+    return options;
+}
+
+int encode(const Request& request) {
+    namespace fs = std::filesystem;
+    const fs::path output = request.output;
+    if (fs::is_directory(output)) return fail("'" + request.output + "' is a folder; name a file such as " + (output / "stream.mien").string());
+    if (fs::exists(output) && !request.overwrite) return fail("'" + request.output + "' is there already; -y overwrites it");
+    set_thread_count(request.threads);
+    const Progress progress = progress_bar(request.quiet);
+
+    io::LoadOptions load;
+    load.progress = progress;
+    if (!request.fps.empty()) {
+        auto fps = parse_rational(request.fps);
+        if (!fps.ok()) return fail(fps.error());
+        load.frame_rate = *fps;
+    }
+    if (!request.unit.empty()) load.unit = request.unit == "m" ? Unit::m : request.unit == "cm" ? Unit::cm : Unit::mm;
+    auto loaded = io::load_clip(request.clip, load);
+    if (!loaded.ok()) return fail(loaded.error());
+    for (const std::string& text : loaded->warnings) warn(text);
+    const Clip& clip = loaded->clip;
+    auto options = stream_options(request, clip);
+    if (!options.ok()) return fail(options.error());
+    if (options->name.empty()) options->name = output.stem().string();
+
+    // Before the long work: is there a place to write to?
+    AtomicFile file(output);
+    auto stream = encoder::encode_stream(clip, *options, progress);
+    if (!stream.ok()) return fail(stream.error());
+    protocol::StreamFileWriter writer([&](ByteView bytes) { file.append(bytes); }, stream->header, stream->blobs);
+    for (const protocol::Group& group : stream->groups) writer.add(group);
+    writer.finish();
+    file.commit();
+    end_progress();
+    if (!request.quiet) {
+        const double seconds = double(stream->header.frames) / stream->header.frame_rate.value();
+        const char* unit = options->motion.kind == protocol::MotionKind::weights ? "" : " mm";
+        fmt::print("{}: {}, {} frames, {}, {:.1f} kbit/s, motion error {:.4f}{} RMS, {:.3f}{} peak\n", request.output, human_bytes(writer.size()),
+                   stream->header.frames, human_time(seconds), double(writer.size()) * 8 / 1000 / std::max(seconds, 1e-9), stream->motion_rms, unit,
+                   stream->motion_peak, unit);
+    }
+    return kDone;
+}
+
+}  // namespace
+
+void add_encode(CLI::App& mien, int& code) {
+    auto request = std::make_shared<Request>();
+    CLI::App* command = mien.add_subcommand("encode", "Encode a clip into a stream file");
+    command->add_option("clip", request->clip, "Clip folder, folder of numbered OBJs, or a single recording (docs/clip.md)")->required();
+    command->add_option("-o,--output", request->output, "Stream file to write, usually NAME.mien")->required();
+    command->add_flag("-y,--overwrite", request->overwrite, "Overwrite the output file");
+    command->add_option("--name", request->name, "Name of the stream (default: the output's)");
+    command->add_option("--fps", request->fps, "Frames per second, for clips that do not say: 30, 30000/1001");
+    command->add_option("--unit", request->unit, "Unit of lengths, for clips that do not say")->check(CLI::IsMember({"mm", "cm", "m"}));
+    command->add_option("--motion", request->motion, "What is sent: vertices, markers or weights (default: the first the clip has)")
+        ->check(CLI::IsMember({"auto", "vertices", "markers", "weights"}));
+    auto* rms = command->add_option("--rms", request->rms, "Motion error to meet, RMS, mm (default 0.1; weights: 0.005)")->check(CLI::PositiveNumber);
+    auto* peak = command->add_option("--peak", request->peak, "Motion error to meet, largest of all points and frames, mm")->check(CLI::PositiveNumber);
+    auto* rate = command->add_option("--motion-kbps", request->motion_kbps, "Bits for motion instead of an error, kbit/s")->check(CLI::PositiveNumber);
+    rms->excludes(peak)->excludes(rate);
+    peak->excludes(rate);
+    command->add_option("--preset", request->preset, "file: looks ahead inside groups; live: causal, one object a frame; guenter98: the 1998 baseline")
+        ->check(CLI::IsMember({"file", "live", "guenter98"}))
+        ->capture_default_str();
+    command->add_option("--group", request->group, "Seconds per group, or 'whole'")->capture_default_str();
+    command->add_option("--texture-codec", request->texture_codec, "mpeg4, h264, hevc or av1")->capture_default_str();
+    auto* texture_rate = command->add_option("--texture-kbps", request->texture_kbps, "Texture bit rate, kbit/s")->check(CLI::PositiveNumber);
+    command->add_option("--texture-quality", request->texture_quality, "Texture quality 0 .. 100 instead of a rate")->check(CLI::Range(0, 100))->excludes(texture_rate);
+    command->add_option("--texture-speed", request->texture_speed, "The codec's own preset name");
+    command->add_option("--sound-codec", request->sound_codec, "opus or aac")->capture_default_str();
+    command->add_option("--sound-kbps", request->sound_kbps, "Sound bit rate, kbit/s")->check(CLI::PositiveNumber)->capture_default_str();
+    command->add_flag("--no-texture", request->no_texture, "Leave the texture out");
+    command->add_flag("--no-sound", request->no_sound, "Leave the sound out");
+    command->add_option("--threads", request->threads, "Threads (default: all cores); the result is the same for any number");
+    command->add_flag("-q,--quiet", request->quiet, "No progress, no summary");
+    command->callback([request, &code] { code = guarded([&] { return encode(*request); }); });
+}
+
+}  // namespace mien::tools

@@ -1,0 +1,25 @@
+#include <CLI/CLI.hpp>
+
+#include "tools/commands.hpp"
+#include "tools/console.hpp"
+
+int main(int argc, char** argv) {
+    using namespace mien::tools;
+    CLI::App mien("mien: streaming codec for detailed human facial performances", "mien");
+    mien.set_version_flag("--version", "mien " MIEN_VERSION);
+    mien.require_subcommand(1);
+    mien.footer("Every command has its own --help. Serve streams with mien-serve, watch them with mien-play.");
+    int code = kDone;
+    add_stage(mien, code);
+    add_check(mien, code);
+    add_encode(mien, code);
+    add_decode(mien, code);
+    add_info(mien, code);
+    add_verify(mien, code);
+    try {
+        mien.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        return mien.exit(error) == 0 ? kDone : kMisused;
+    }
+    return code;
+}

@@ -1,0 +1,86 @@
+#include <fmt/core.h>
+
+#include "core/parallel.hpp"
+#include "samples/stage.hpp"
+#include "tools/commands.hpp"
+#include "tools/console.hpp"
+
+namespace mien::tools {
+namespace {
+
+struct Request {
+    samples::StageOptions options;
+    std::string output, say, weights, sound, frames, fps;
+    int threads = 0;
+    bool quiet = false;
+};
+
+/// "A:B", both non-negative and A < B.
+Result<samples::FrameRange> parse_frames(const std::string& text) {
+    const Error error{ErrorCode::invalid, "--frames takes A:B with 0 <= A < B, not '" + text + "'"};
+    const auto colon = text.find(':');
+    if (colon == text.npos) return error;
+    try {
+        std::size_t used_a = 0, used_b = 0;
+        const std::string a = text.substr(0, colon), b = text.substr(colon + 1);
+        samples::FrameRange range;
+        range.first = std::stoll(a, &used_a);
+        range.end = std::stoll(b, &used_b);
+        if (used_a != a.size() || used_b != b.size() || range.first < 0 || range.end <= range.first) return error;
+        return range;
+    } catch (const std::exception&) {
+        return error;
+    }
+}
+
+int stage(Request& request) {
+    samples::StageOptions& options = request.options;
+    if (!request.say.empty()) options.say = request.say;
+    if (!request.weights.empty()) options.weights = request.weights;
+    if (!request.sound.empty()) options.sound = request.sound;
+    if (!request.frames.empty()) {
+        auto frames = parse_frames(request.frames);
+        if (!frames.ok()) return fail(frames.error());
+        options.frames = *frames;
+    }
+    if (!request.fps.empty()) {
+        auto fps = parse_rational(request.fps);
+        if (!fps.ok()) return fail(fps.error());
+        options.fps = *fps;
+    }
+    set_thread_count(request.threads);
+    if (auto made = samples::stage(options, request.output, progress_bar(request.quiet)); !made.ok()) return fail(made.error());
+    end_progress();
+    if (!request.quiet) fmt::print("{}: a clip folder; encode it with: mien encode {} -o NAME.mien\n", request.output, request.output);
+    return kDone;
+}
+
+}  // namespace
+
+void add_stage(CLI::App& mien, int& code) {
+    auto request = std::make_shared<Request>();
+    samples::StageOptions& options = request->options;
+    CLI::App* command = mien.add_subcommand("stage", "Make a sample performance with known truth, as a clip folder");
+    command->add_option("-o,--output", request->output, "Clip folder to write")->required();
+    command->add_flag("-f,--force", options.force, "Replace a clip that is there already");
+    command->add_option("--actor", options.actor, "procedural, or ict:DIR for the ICT-FaceKit head in folder DIR")->capture_default_str();
+    command->add_option("--identity", options.identity, "Weights of the ICT head's identity modes, from the first on")->delimiter(',');
+    auto* say = command->add_option("--say", request->say, "Text to speak");
+    command->add_option("--voice", options.voice, "Voice or language of libespeak-ng")->capture_default_str();
+    auto* weights = command->add_option("--weights", request->weights, "Live Link Face CSV that drives the actor")->check(CLI::ExistingFile)->excludes(say);
+    command->add_option("--sound", request->sound, "Sound of that take (WAV, FLAC)")->check(CLI::ExistingFile)->excludes(say);
+    command->add_flag("--expressions", options.expressions, "A silent range of motion instead of speech")->excludes(say)->excludes(weights);
+    command->add_option("--seconds", options.seconds, "Repeat, pad or cut the performance to so many seconds")->check(CLI::PositiveNumber);
+    command->add_option("--frames", request->frames, "A:B, only these frames of the take (B not included)");
+    command->add_option("--fps", request->fps, "Frames per second: 24, 25, 30, 60, 30000/1001 (default 30, or the take's own)");
+    command->add_option("--markers", options.markers, "Surface markers; 0 for none")->check(CLI::Range(0, 65536))->capture_default_str();
+    command->add_option("--noise", options.noise, "Standard deviation of marker noise, mm")->check(CLI::NonNegativeNumber);
+    command->add_option("--missing", options.missing, "Share of marker samples that are lost")->check(CLI::Range(0.0, 0.9));
+    command->add_option("--texture-size", options.texture_size, "Side of the texture, texels; 0 for none")->check(CLI::Range(0, 8192))->capture_default_str();
+    command->add_option("--seed", options.seed, "Seed of everything that is drawn by lot")->capture_default_str();
+    command->add_option("--threads", request->threads, "Threads (default: all cores); the result is the same for any number");
+    command->add_flag("-q,--quiet", request->quiet, "No progress, no summary");
+    command->callback([request, &code] { code = guarded([&] { return stage(*request); }); });
+}
+
+}  // namespace mien::tools

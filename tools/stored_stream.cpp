@@ -1,0 +1,277 @@
+#include "tools/stored_stream.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <deque>
+#include <limits>
+
+#include "decoder/av_sound.hpp"
+#include "decoder/av_texture.hpp"
+#include "decoder/model_decoder.hpp"
+
+namespace mien::tools {
+namespace {
+
+using protocol::MotionKind;
+using protocol::TrackKind;
+
+/// An open file that reads at any place without a position of its own.
+class OpenFile {
+public:
+    explicit OpenFile(const std::filesystem::path& path) : fd_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {}
+    ~OpenFile() {
+        if (fd_ >= 0) ::close(fd_);
+    }
+    OpenFile(const OpenFile&) = delete;
+    OpenFile& operator=(const OpenFile&) = delete;
+    int get() const { return fd_; }
+
+private:
+    int fd_;
+};
+
+/// The texture of a stream, decoded group by group as it is read.
+class StreamTexture final : public TextureSource {
+public:
+    StreamTexture(StoredStream stream, const protocol::Track& track, decoder::TextureDecoder decoder)
+        : stream_(std::move(stream)), info_(std::get<protocol::TextureInfo>(track.info)), slot_(track.rungs.front().slot), decoder_(std::move(decoder)) {
+        for (const auto& entry : stream_.reader().index())
+            if (entry.slot == slot_) groups_.push_back(entry);
+    }
+    int width() const override { return int(info_.width); }
+    int height() const override { return int(info_.height); }
+    std::int64_t frames() const override { return std::int64_t(stream_.header().frames); }
+
+    Result<Image> read(std::int64_t frame) override {
+        if (frame < first_ || frame >= first_ + std::int64_t(pictures_.size())) MIEN_CHECK(load(frame));
+        return pictures_[std::size_t(frame - first_)];
+    }
+
+private:
+    Result<void> load(std::int64_t frame) {
+        const protocol::IndexEntry* entry = nullptr;
+        for (const auto& candidate : groups_)
+            if (candidate.first_time <= frame) entry = &candidate;
+        if (!entry) return Error{ErrorCode::missing, "no texture group holds frame " + std::to_string(frame)};
+        MIEN_TRY(group, stream_.reader().read_group(*entry));
+        pictures_.clear();
+        first_ = group.first_time;
+        decoder_.begin_group(first_);
+        for (const auto& object : group.objects) {
+            MIEN_TRY(ready, decoder_.push(object));
+            keep(ready);
+        }
+        MIEN_TRY(rest, decoder_.end_group());
+        keep(rest);
+        if (frame >= first_ + std::int64_t(pictures_.size()))
+            return Error{ErrorCode::missing, "the texture has no frame " + std::to_string(frame)};
+        return {};
+    }
+    void keep(const std::vector<decoder::TextureFrame>& frames) {
+        for (const auto& frame : frames) pictures_.push_back(decoder::to_rgb(frame.picture));
+    }
+
+    StoredStream stream_;
+    protocol::TextureInfo info_;
+    std::uint8_t slot_;
+    decoder::TextureDecoder decoder_;
+    std::vector<protocol::IndexEntry> groups_;
+    std::vector<Image> pictures_;   // of one group
+    std::int64_t first_ = 0;
+};
+
+/// A static texture as a source of one frame.
+class StillTexture final : public TextureSource {
+public:
+    explicit StillTexture(Image picture) : picture_(std::move(picture)) {}
+    int width() const override { return picture_.width; }
+    int height() const override { return picture_.height; }
+    std::int64_t frames() const override { return 1; }
+    Result<Image> read(std::int64_t) override { return picture_; }
+
+private:
+    Image picture_;
+};
+
+/// Writes decoded motion into the sequences of a clip.
+class MotionRecorder {
+public:
+    MotionRecorder(Clip& clip, const protocol::MotionInfo& info, const model::FaceModel& model, const model::LinearMotion& basis)
+        : clip_(clip), info_(info), basis_(basis) {
+        const auto N = std::int64_t(info.count);
+        switch (info.kind) {
+            case MotionKind::vertices: clip.vertices.emplace(0, N); break;
+            case MotionKind::markers: clip.markers.emplace(0, N); break;
+            case MotionKind::weights: clip.weights.emplace(0, N); break;
+        }
+        if (const auto* blend = std::get_if<model::BlendBase>(&model.base)) reference_ = blend->markers;
+        else if (info.kind != MotionKind::weights) reference_ = model::neutral_points(model);
+    }
+
+    /// Frames come in order without a gap; memory grows with what is really there, not with what a header announces.
+    Result<void> record(const model::Motion& motion) {
+        const std::int64_t f = clip_.frame_count();
+        if (motion.frame != f)
+            return Error{ErrorCode::damaged, "motion frame " + std::to_string(f) + " is missing: the stream goes on with frame " + std::to_string(motion.frame)};
+        const Eigen::VectorXf x = basis_.mean + basis_.components * motion.coefficients;
+        if (info_.has_gaze) clip_.gaze.push_back(motion.gaze);
+        if (info_.kind == MotionKind::weights) {
+            clip_.weights->values.insert(clip_.weights->values.end(), x.data(), x.data() + x.size());
+            ++clip_.weights->frames;
+            if (info_.has_pose) clip_.head_pose.push_back(motion.pose);
+            return {};
+        }
+        PointSequence& points = info_.kind == MotionKind::vertices ? *clip_.vertices : *clip_.markers;
+        Points moved = reference_ + ConstPointsMap(x.data(), x.size() / 3, 3);
+        if (info_.has_pose) apply_pose(motion.pose, moved);
+        for (std::size_t i = 0; i < motion.presence.size(); ++i)
+            if (!motion.presence[i]) moved.row(Eigen::Index(i)).setConstant(std::numeric_limits<float>::quiet_NaN());
+        points.xyz.insert(points.xyz.end(), moved.data(), moved.data() + moved.size());
+        ++points.frames;
+        return {};
+    }
+
+private:
+    Clip& clip_;
+    const protocol::MotionInfo& info_;
+    const model::LinearMotion& basis_;
+    Points reference_;
+};
+
+Result<void> decode_motion(const StoredStream& stream, const model::FaceModel& model, Clip& clip, const Progress& progress) {
+    const protocol::Track& track = *stream.track(TrackKind::motion);
+    MIEN_TRY(decoder, stream.motion_decoder(model));
+    const auto& info = std::get<protocol::MotionInfo>(track.info);
+    const auto frames = std::int64_t(stream.header().frames);
+    MotionRecorder recorder(clip, info, model, decoder.basis());
+    for (const auto& entry : stream.reader().index()) {
+        if (entry.slot != track.rungs.front().slot) continue;
+        MIEN_TRY(group, stream.reader().read_group(entry));
+        decoder.begin_group();
+        std::int64_t frame = group.first_time;
+        for (const auto& object : group.objects) {
+            MIEN_TRY(motions, decoder.decode(object, frame));
+            for (const model::Motion& motion : motions) MIEN_CHECK(recorder.record(motion));
+            frame += object.frames;
+        }
+        if (progress) progress("decoding motion", std::min(frame, frames), frames);
+    }
+    return {};
+}
+
+Result<Sound> decode_sound(const StoredStream& stream, const protocol::Track& track) {
+    const auto& info = std::get<protocol::SoundInfo>(track.info);
+    MIEN_TRY(decoder, decoder::SoundDecoder::create(track, track.rungs.front()));
+    Sound sound;
+    sound.sample_rate = int(info.sample_rate);
+    sound.channels = info.channels;
+    for (const auto& entry : stream.reader().index()) {
+        if (entry.slot != track.rungs.front().slot) continue;
+        MIEN_TRY(group, stream.reader().read_group(entry));
+        MIEN_TRY(block, decoder.decode(group));
+        const std::size_t first = std::size_t(std::max<std::int64_t>(0, block.first_sample)) * info.channels;
+        const std::size_t end = first + block.sound.samples.size();
+        if (end > std::size_t(protocol::kMaxTicks)) return Error{ErrorCode::damaged, "a sound group lies beyond any time"};
+        // Gaps are silent; a hostile first_sample may not ask for more than the stream's own length.
+        const double limit = double(info.samples ? info.samples : std::uint64_t(1) << 40) * info.channels;
+        if (double(end) > limit + 10.0 * info.sample_rate * info.channels) return Error{ErrorCode::damaged, "a sound group lies beyond the end of the sound"};
+        if (sound.samples.size() < end) sound.samples.resize(end);
+        std::copy(block.sound.samples.begin(), block.sound.samples.end(), sound.samples.begin() + std::ptrdiff_t(first));
+    }
+    if (info.samples) sound.samples.resize(std::min<std::size_t>(sound.samples.size(), std::size_t(info.samples) * info.channels));
+    return sound;
+}
+
+}  // namespace
+
+Result<StoredStream> StoredStream::open(const std::filesystem::path& path) {
+    const auto file = std::make_shared<OpenFile>(path);
+    struct stat status {};
+    if (file->get() < 0 || fstat(file->get(), &status) != 0)
+        return Error{ErrorCode::missing, "cannot open '" + path.string() + "': " + std::strerror(errno)};
+    if (!S_ISREG(status.st_mode)) return Error{ErrorCode::invalid, "'" + path.string() + "' is not a file"};
+    const auto read_at = [file, path](std::uint64_t offset, std::span<std::byte> into) -> Result<std::size_t> {
+        std::size_t done = 0;
+        while (done < into.size()) {
+            const ssize_t n = ::pread(file->get(), into.data() + done, into.size() - done, off_t(offset + done));
+            if (n < 0 && errno == EINTR) continue;
+            if (n < 0) return Error{ErrorCode::unavailable, "cannot read '" + path.string() + "': " + std::strerror(errno)};
+            if (n == 0) break;
+            done += std::size_t(n);
+        }
+        return done;
+    };
+    auto reader = protocol::StreamFileReader::open(read_at, std::uint64_t(status.st_size));
+    if (!reader.ok()) return Error{reader.error().code, "'" + path.string() + "': " + reader.error().message};
+    StoredStream stream;
+    stream.reader_ = std::make_shared<protocol::StreamFileReader>(std::move(*reader));
+    for (const protocol::BlobInfo& info : stream.reader_->catalogue().blobs) {
+        auto bytes = stream.reader_->blob(info.hash);
+        if (!bytes.ok()) return Error{bytes.error().code, "'" + path.string() + "': " + bytes.error().message};
+        stream.blobs_.emplace(info.hash, std::move(*bytes));
+    }
+    return stream;
+}
+
+const Bytes* StoredStream::blob(const Hash& hash) const {
+    const auto found = blobs_.find(hash);
+    return found == blobs_.end() ? nullptr : &found->second;
+}
+
+Result<model::FaceModel> StoredStream::model() const {
+    return decoder::decode_model(header().model, [this](const Hash& hash) { return blob(hash); });
+}
+
+const protocol::Track* StoredStream::track(TrackKind kind) const {
+    for (const protocol::Track& track : header().tracks)
+        if (track.kind == kind) return &track;
+    return nullptr;
+}
+
+Result<decoder::MotionDecoder> StoredStream::motion_decoder(const model::FaceModel& model) const {
+    const protocol::Track* track = this->track(TrackKind::motion);
+    if (!track) return Error{ErrorCode::missing, "the stream has no motion track"};
+    const auto& info = std::get<protocol::MotionInfo>(track->info);
+    if (!decoder::fits(model, info)) return Error{ErrorCode::mismatch, "the motion track does not fit the stream's face model"};
+    const auto& basis = track->rungs.front().basis;
+    const Bytes* bytes = basis ? blob(*basis) : nullptr;
+    if (!bytes) return Error{ErrorCode::missing, "the stream lacks its motion basis"};
+    return decoder::MotionDecoder::create(info, *bytes, model.neutral.triangles);
+}
+
+Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress) {
+    MIEN_TRY(model, stream.model());
+    if (!stream.track(TrackKind::motion)) return Error{ErrorCode::missing, "the stream has no motion track"};
+    Clip clip;
+    clip.name = stream.header().name;
+    clip.frame_rate = stream.header().frame_rate;
+    clip.unit = stream.header().unit;
+    if (model.neutral.vertex_count() > 0) clip.neutral = model.neutral;
+    if (const auto* blend = std::get_if<model::BlendBase>(&model.base)) clip.marker_sites = blend->sites;
+    if (const auto* shapes = std::get_if<model::BlendshapeBase>(&model.base)) clip.blendshapes = shapes->targets;
+    MIEN_CHECK(decode_motion(stream, model, clip, progress));
+
+    if (const protocol::Track* track = stream.track(TrackKind::texture)) {
+        MIEN_TRY(texture, decoder::TextureDecoder::create(*track, track->rungs.front()));
+        clip.texture = std::make_shared<StreamTexture>(stream, *track, std::move(texture));
+    } else {
+        for (const protocol::Layer& layer : stream.reader().manifest().layers) {
+            if (layer.kind != protocol::LayerKind::static_albedo || layer.blobs.empty()) continue;
+            const Bytes* bytes = stream.blob(layer.blobs.front());
+            if (!bytes) return Error{ErrorCode::missing, "the stream lacks its texture"};
+            MIEN_TRY(picture, decoder::decode_picture(*bytes));
+            clip.texture = std::make_shared<StillTexture>(std::move(picture));
+        }
+    }
+    if (const protocol::Track* track = stream.track(TrackKind::sound)) {
+        MIEN_TRY(sound, decode_sound(stream, *track));
+        clip.sound = std::move(sound);
+    }
+    return clip;
+}
+
+}  // namespace mien::tools

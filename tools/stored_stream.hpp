@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+
+#include "core/clip.hpp"
+#include "core/progress.hpp"
+#include "decoder/motion_decoder.hpp"
+#include "model/face_model.hpp"
+#include "protocol/stream_file.hpp"
+
+namespace mien::tools {
+
+/// A stream file, opened: its reader and its static blobs.
+class StoredStream {
+public:
+    /// Errors name the file. `missing` when it is not there.
+    static Result<StoredStream> open(const std::filesystem::path& path);
+
+    const protocol::StreamFileReader& reader() const { return *reader_; }
+    const protocol::StreamHeader& header() const { return reader_->header(); }
+    const Bytes* blob(const Hash& hash) const;
+
+    Result<model::FaceModel> model() const;
+    /// First track of a kind; null when the stream has none.
+    const protocol::Track* track(protocol::TrackKind kind) const;
+    /// A decoder for the first rung of the motion track.
+    Result<decoder::MotionDecoder> motion_decoder(const model::FaceModel& model) const;
+
+private:
+    std::shared_ptr<protocol::StreamFileReader> reader_;
+    std::map<Hash, Bytes> blobs_;
+};
+
+/// Everything a stream gives back, in the shape of the clip that was encoded: its vertices, markers or weights, head pose,
+/// gaze, texture (decoded as it is read) and sound. `damaged` groups are an error.
+Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress = {});
+
+}  // namespace mien::tools

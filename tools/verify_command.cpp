@@ -1,0 +1,169 @@
+#include <fmt/core.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/picture_measures.hpp"
+#include "core/texel_map.hpp"
+#include "io/clip_folder.hpp"
+#include "tools/commands.hpp"
+#include "tools/console.hpp"
+#include "tools/motion_error.hpp"
+#include "tools/stored_stream.hpp"
+
+namespace mien::tools {
+namespace {
+
+using nlohmann::ordered_json;
+using protocol::MotionKind;
+
+struct Request {
+    std::string file, clip;
+    bool json = false, no_texture = false;
+    std::optional<double> max_rms, max_peak;
+};
+
+
+Error differ(const std::string& what, std::int64_t stream, std::int64_t clip) {
+    return {ErrorCode::mismatch, fmt::format("the stream has {} {} but the clip has {}", stream, what, clip)};
+}
+
+Result<MotionError> compare_motion(const Clip& truth, const Clip& received, MotionKind kind) {
+    MotionError error;
+    const auto points = [&](const std::optional<PointSequence>& a, const std::optional<PointSequence>& b, const char* what) -> Result<void> {
+        if (!a) return Error{ErrorCode::mismatch, std::string("the stream carries ") + what + ", which the clip does not have"};
+        if (a->points != b->points) return differ(what, b->points, a->points);
+        if (a->frames != b->frames) return differ("frames", b->frames, a->frames);
+        for (std::int64_t f = 0; f < a->frames; ++f) error.add(a->frame(f).data(), b->frame(f).data(), a->points, 3);
+        return {};
+    };
+    if (kind == MotionKind::vertices) MIEN_CHECK(points(truth.vertices, received.vertices, "vertices"));
+    if (kind == MotionKind::markers) MIEN_CHECK(points(truth.markers, received.markers, "markers"));
+    if (kind == MotionKind::weights) {
+        if (!truth.weights) return Error{ErrorCode::mismatch, "the stream carries weights, which the clip does not have"};
+        if (truth.weights->count != received.weights->count) return differ("weights", received.weights->count, truth.weights->count);
+        if (truth.weights->frames != received.weights->frames) return differ("frames", received.weights->frames, truth.weights->frames);
+        for (std::int64_t f = 0; f < truth.weights->frames; ++f) error.add(truth.weights->frame(f), received.weights->frame(f), truth.weights->count, 1);
+    }
+    return error;
+}
+
+/// The drawn mesh against the clip's own vertices: what markers or weights leave of the truth.
+Result<std::optional<MotionError>> compare_mesh(const StoredStream& stream, const Clip& truth) {
+    MIEN_TRY(model, stream.model());
+    if (!truth.vertices || model.point_count() != truth.vertices->points) return std::optional<MotionError>{};
+    const protocol::Track& track = *stream.track(protocol::TrackKind::motion);
+    MIEN_TRY(decoder, stream.motion_decoder(model));
+    const model::LinearMotion composed = model::compose(model, decoder.basis());
+    MotionError error;
+    for (const auto& entry : stream.reader().index()) {
+        if (entry.slot != track.rungs.front().slot) continue;
+        MIEN_TRY(group, stream.reader().read_group(entry));
+        decoder.begin_group();
+        std::int64_t frame = group.first_time;
+        for (const auto& object : group.objects) {
+            MIEN_TRY(motions, decoder.decode(object, frame));
+            for (const model::Motion& motion : motions) {
+                if (motion.frame >= truth.vertices->frames) continue;
+                const Points drawn = model::evaluate(model, composed, motion);
+                error.add(truth.vertices->frame(motion.frame).data(), drawn.data(), drawn.rows(), 3);
+            }
+            frame += object.frames;
+        }
+    }
+    return std::optional(error);
+}
+
+Result<std::optional<ordered_json>> compare_texture(const Clip& truth, const Clip& received, const Progress& progress) {
+    if (!truth.texture || !received.texture) return std::optional<ordered_json>{};
+    const int width = truth.texture->width(), height = truth.texture->height();
+    if (width != received.texture->width() || height != received.texture->height())
+        return Error{ErrorCode::mismatch, fmt::format("the stream's texture is {} x {} but the clip's is {} x {}", received.texture->width(),
+                                                      received.texture->height(), width, height)};
+    std::vector<std::uint8_t> used;
+    if (truth.mask && truth.mask->width == width && truth.mask->height == height) {
+        used = truth.mask->pixels;
+    } else if (truth.neutral && truth.neutral->has_texcoords()) {
+        const TexelMap map = make_texel_map(*truth.neutral, width, height);
+        for (const auto& texel : map.texels) used.push_back(texel.triangle != TexelMap::kNone);
+    }
+    PictureComparison comparison(width, height, used);
+    const std::int64_t frames = std::min(truth.texture->frames(), received.texture->frames());
+    for (std::int64_t f = 0; f < frames; ++f) {
+        if (progress) progress("comparing texture", f, frames);
+        MIEN_TRY(a, truth.texture->read(f));
+        MIEN_TRY(b, received.texture->read(f));
+        comparison.add(a, b);
+    }
+    return std::optional(ordered_json{{"psnr_y_db", comparison.psnr_y()}, {"ssim", comparison.ssim()}, {"frames", comparison.frames()}});
+}
+
+int verify(const Request& request) {
+    const Progress progress = progress_bar(request.json);
+    auto stream = StoredStream::open(request.file);
+    if (!stream.ok()) return fail(stream.error());
+    auto loaded = io::load_clip(request.clip, {.frame_rate = {}, .unit = {}, .progress = progress});
+    if (!loaded.ok()) return fail(loaded.error());
+    auto received = decode_stream(*stream, progress);
+    if (!received.ok()) return fail(received.error());
+    const Clip& truth = loaded->clip;
+    const auto kind = std::get<protocol::MotionInfo>(stream->track(protocol::TrackKind::motion)->info).kind;
+    const bool weights = kind == MotionKind::weights;
+
+    ordered_json report;
+    std::vector<std::string> complaints;
+    if (!stream->reader().complete()) complaints.push_back(stream->reader().complaint());
+    auto motion = compare_motion(truth, *received, kind);
+    if (!motion.ok()) return fail(motion.error());
+    report["motion"] = {{"rms_mm", motion->rms()}, {"peak_mm", motion->peak()}, {"mean_mm", motion->mean()}, {"kg_percent", motion->kg_percent()},
+                        {"unit", weights ? "weight" : "mm"}, {"points", motion->points()}};
+    if (!std::isfinite(motion->peak())) complaints.push_back("the decoded motion has numbers that are not finite");
+    if (request.max_rms && !(motion->rms() <= *request.max_rms)) complaints.push_back(fmt::format("RMS error {} exceeds {}", motion->rms(), *request.max_rms));
+    if (request.max_peak && !(motion->peak() <= *request.max_peak)) complaints.push_back(fmt::format("peak error {} exceeds {}", motion->peak(), *request.max_peak));
+    if (kind != MotionKind::vertices) {
+        auto mesh = compare_mesh(*stream, truth);
+        if (!mesh.ok()) return fail(mesh.error());
+        if (*mesh) report["mesh"] = {{"mean_mm", (*mesh)->mean()}, {"rms_mm", (*mesh)->rms()}, {"peak_mm", (*mesh)->peak()}};
+    }
+    if (!request.no_texture) {
+        auto texture = compare_texture(truth, *received, progress);
+        if (!texture.ok()) return fail(texture.error());
+        if (*texture) report["texture"] = **texture;
+    }
+    if (truth.sound && received->sound)
+        report["sound"] = {{"seconds", received->sound->seconds()}, {"missing_s", truth.sound->seconds() - received->sound->seconds()}};
+    report["ok"] = complaints.empty();
+    end_progress();
+
+    if (request.json) {
+        fmt::print("{}\n", report.dump(2));
+    } else {
+        const char* unit = weights ? "" : " mm";
+        fmt::print("motion   RMS {:.5f}{}, peak {:.4f}{}, mean {:.5f}{}, KG {:.4f} %\n", motion->rms(), unit, motion->peak(), unit, motion->mean(), unit, motion->kg_percent());
+        if (report.contains("mesh"))
+            fmt::print("mesh     mean {:.4f} mm, RMS {:.4f} mm, peak {:.3f} mm from the clip's vertices\n", report["mesh"]["mean_mm"].get<double>(),
+                       report["mesh"]["rms_mm"].get<double>(), report["mesh"]["peak_mm"].get<double>());
+        if (report.contains("texture"))
+            fmt::print("texture  PSNR-Y {:.2f} dB, SSIM {:.4f} over {} frames\n", report["texture"]["psnr_y_db"].get<double>(),
+                       report["texture"]["ssim"].get<double>(), report["texture"]["frames"].get<std::int64_t>());
+        if (report.contains("sound")) fmt::print("sound    {:.3f} s\n", report["sound"]["seconds"].get<double>());
+    }
+    for (const std::string& text : complaints) fail(text);
+    return complaints.empty() ? kDone : kFailed;
+}
+
+}  // namespace
+
+void add_verify(CLI::App& mien, int& code) {
+    auto request = std::make_shared<Request>();
+    CLI::App* command = mien.add_subcommand("verify", "Measure a stream file against the clip it was made from");
+    command->add_option("file", request->file, "Stream file")->required();
+    command->add_option("clip", request->clip, "The original clip")->required();
+    command->add_flag("--json", request->json, "As JSON");
+    command->add_flag("--no-texture", request->no_texture, "Motion only");
+    command->add_option("--max-rms", request->max_rms, "Fail above this RMS motion error");
+    command->add_option("--max-peak", request->max_peak, "Fail above this peak motion error");
+    command->callback([request, &code] { code = guarded([&] { return verify(*request); }); });
+}
+
+}  // namespace mien::tools
