@@ -129,10 +129,11 @@ void check_counts(const Clip& clip, const ClipSources& sources, Findings& findin
             if (!shape.offsets.allFinite()) findings.problem(ErrorCode::invalid, fmt::format("blendshape {} is not finite", shape.name));
         }
     }
-    const std::int64_t points = vertices > 0 ? vertices : clip.markers ? clip.markers->points : 0;
+    const bool of_markers = clip.markers && !clip.vertices;
+    const std::int64_t points = of_markers ? clip.markers->points : vertices;
     CappedFindings outside(findings, Severity::problem, ErrorCode::mismatch, "entries of rigid out of range");
     for (const std::uint32_t index : clip.rigid)
-        if (index >= points) outside.add(fmt::format("rigid names {} {}, but there are {}", vertices > 0 ? "vertex" : "marker", index, points));
+        if (index >= points) outside.add(fmt::format("rigid names {} {}, but there are {}", of_markers ? "marker" : "vertex", index, points));
 }
 
 void check_media(const Clip& clip, const ClipSources& sources, Findings& findings) {
