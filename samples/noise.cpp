@@ -5,23 +5,37 @@
 namespace mien::samples {
 namespace {
 
-float fade(float t) { return t * t * t * (t * (t * 6 - 15) + 10); }
+float fade(float t) {
+    return t * t * t * (t * (t * 6 - 15) + 10);
+}
 
 // Dot product of `d` with one of the twelve edge directions of a cube.
 float along_gradient(std::uint32_t hash, float x, float y, float z) {
     switch (hash % 12) {
-        case 0: return x + y;
-        case 1: return x - y;
-        case 2: return -x + y;
-        case 3: return -x - y;
-        case 4: return x + z;
-        case 5: return x - z;
-        case 6: return -x + z;
-        case 7: return -x - z;
-        case 8: return y + z;
-        case 9: return y - z;
-        case 10: return -y + z;
-        default: return -y - z;
+        case 0:
+            return x + y;
+        case 1:
+            return x - y;
+        case 2:
+            return -x + y;
+        case 3:
+            return -x - y;
+        case 4:
+            return x + z;
+        case 5:
+            return x - z;
+        case 6:
+            return -x + z;
+        case 7:
+            return -x - z;
+        case 8:
+            return y + z;
+        case 9:
+            return y - z;
+        case 10:
+            return -y + z;
+        default:
+            return -y - z;
     }
 }
 
@@ -41,7 +55,8 @@ float gradient_noise(const Vec3& p, std::uint32_t seed) {
     const float x = p.x() - fx, y = p.y() - fy, z = p.z() - fz;
     const float u = fade(x), v = fade(y), w = fade(z);
     const auto corner = [&](int i, int j, int k) {
-        return along_gradient(lattice_hash(ix + i, iy + j, iz + k, seed), x - float(i), y - float(j), z - float(k));
+        return along_gradient(lattice_hash(ix + i, iy + j, iz + k, seed), x - float(i), y - float(j),
+                              z - float(k));
     };
     const auto edge = [&](int j, int k) {
         const float a = corner(0, j, k), b = corner(1, j, k);
@@ -74,7 +89,8 @@ Cellular cellular_noise(const Vec3& p, std::uint32_t seed) {
         for (int j = -1; j <= 1; ++j)
             for (int i = -1; i <= 1; ++i) {
                 const std::uint32_t h = lattice_hash(ix + i, iy + j, iz + k, seed);
-                const Vec3 site(float(ix + i) + float(h & 1023) / 1024, float(iy + j) + float(h >> 10 & 1023) / 1024,
+                const Vec3 site(float(ix + i) + float(h & 1023) / 1024,
+                                float(iy + j) + float(h >> 10 & 1023) / 1024,
                                 float(iz + k) + float(h >> 20 & 1023) / 1024);
                 const float distance = (p - site).squaredNorm();
                 if (distance < nearest) {

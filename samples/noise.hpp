@@ -13,13 +13,14 @@ std::uint32_t lattice_hash(int x, int y, int z, std::uint32_t seed);
 /// Gradient noise (Perlin 2002) in about [-1, 1], mean 0, features of size 1. The seed picks the gradients.
 float gradient_noise(const Vec3& p, std::uint32_t seed);
 
-/// Sum of `octaves` gradient noises, each of half the size and `gain` times the height of the one before; about [-1, 1].
+/// Sum of `octaves` gradient noises, each of half the size and `gain` times the height of the one before;
+/// about [-1, 1].
 float fractal_noise(const Vec3& p, int octaves, std::uint32_t seed, float gain = 0.5f);
 
 /// Cellular noise (Worley 1996): one random site in every unit cell.
 struct Cellular {
-    float nearest;  ///< distance to the nearest site
-    float second;   ///< distance to the second nearest
+    float nearest;     ///< distance to the nearest site
+    float second;      ///< distance to the second nearest
     std::uint32_t id;  ///< of the nearest site, random bits
 };
 Cellular cellular_noise(const Vec3& p, std::uint32_t seed);

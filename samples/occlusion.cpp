@@ -19,12 +19,14 @@ struct Depths {
         std::fill(high.begin(), high.end(), -kEmpty);
     }
     void draw(const Vec3& a, const Vec3& b, const Vec3& c) {
-        // Cells whose centre a tiny triangle misses are most of them, so this comes before any other work. Coordinates
-        // are positive: truncation is floor, and faster than calling it.
-        const float x_low = std::min(std::min(a.x(), b.x()), c.x()), x_high = std::max(std::max(a.x(), b.x()), c.x());
+        // Cells whose centre a tiny triangle misses are most of them, so this comes before any other work.
+        // Coordinates are positive: truncation is floor, and faster than calling it.
+        const float x_low = std::min(std::min(a.x(), b.x()), c.x()),
+                    x_high = std::max(std::max(a.x(), b.x()), c.x());
         const int x0 = int(x_low) + 1, x1 = int(x_high);
         if (x0 > x1) return;
-        const float y_low = std::min(std::min(a.y(), b.y()), c.y()), y_high = std::max(std::max(a.y(), b.y()), c.y());
+        const float y_low = std::min(std::min(a.y(), b.y()), c.y()),
+                    y_high = std::max(std::max(a.y(), b.y()), c.y());
         const int y0 = int(y_low) + 1, y1 = int(y_high);
         if (y0 > y1) return;
         const float abx = b.x() - a.x(), aby = b.y() - a.y(), acx = c.x() - a.x(), acy = c.y() - a.y();
@@ -45,12 +47,13 @@ struct Depths {
     }
 };
 
-// Evenly spread over the half sphere (golden spiral); no axis lies in a coordinate plane, so symmetric meshes never
-// meet the buffer edge-on.
+// Evenly spread over the half sphere (golden spiral); no axis lies in a coordinate plane, so symmetric meshes
+// never meet the buffer edge-on.
 std::vector<Vec3> half_sphere(int count) {
     std::vector<Vec3> axes;
     for (int i = 0; i < count; ++i) {
-        const float z = 1 - (float(i) + 0.5f) / float(count), r = std::sqrt(1 - z * z), phi = 2.3999632f * float(i) + 0.37f;
+        const float z = 1 - (float(i) + 0.5f) / float(count), r = std::sqrt(1 - z * z),
+                    phi = 2.3999632f * float(i) + 0.37f;
         axes.emplace_back(r * std::cos(phi), r * std::sin(phi), z);
     }
     return axes;
@@ -58,32 +61,34 @@ std::vector<Vec3> half_sphere(int count) {
 
 }  // namespace
 
-Occlusion::Occlusion(std::vector<Triangle> blockers, int axes, int resolution)
-    : blockers_(std::move(blockers)), axes_(half_sphere(axes)), resolution_(resolution) {}
+Occlusion::Occlusion(PointsRef rest, std::vector<Triangle> blockers, int axes, int resolution)
+    : blockers_(std::move(blockers)), resolution_(resolution) {
+    if (rest.rows() == 0) return;
+    for (const Vec3& axis : half_sphere(axes)) {
+        View view{axis.unitOrthogonal(), {}, axis, 0, 0, 0};
+        view.up = axis.cross(view.side);
+        const Eigen::VectorXf x = rest * view.side, y = rest * view.up;
+        const float span = std::max({x.maxCoeff() - x.minCoeff(), y.maxCoeff() - y.minCoeff(), 1e-3f});
+        const float room = 0.06f * span;  // for what the face may do
+        view.cell = (span + 2 * room) / float(resolution_ - 3);
+        view.x_low = x.minCoeff() - room;
+        view.y_low = y.minCoeff() - room;
+        views_.push_back(view);
+    }
+}
 
 Eigen::VectorXf Occlusion::at(PointsRef positions, PointsRef normals, float reach) const {
     const Eigen::Index V = positions.rows();
     Eigen::VectorXf open = Eigen::VectorXf::Zero(V), sky = Eigen::VectorXf::Zero(V);
-    if (V == 0) return open;
-    const Vec3 low = positions.colwise().minCoeff().transpose(), high = positions.colwise().maxCoeff().transpose();
-    const Vec3 middle = (low + high) / 2;
-    const float radius = std::max(1e-3f, (high - low).norm() / 2);
-
     Depths depths(resolution_);
     std::vector<Vec3> seen(static_cast<std::size_t>(V));
-    for (const Vec3& axis : axes_) {
-        const Vec3 side = axis.unitOrthogonal(), up = axis.cross(side);
-        // The smallest square that holds the mesh from here: finer cells than one for its sphere.
-        float x_low = radius, x_high = -radius, y_low = radius, y_high = -radius;
+    const float edge = float(resolution_) - 2;
+    for (const auto& [side, up, axis, x_low, y_low, cell] : views_) {
         for (Eigen::Index v = 0; v < V; ++v) {
-            const Vec3 p = positions.row(v).transpose() - middle;
-            Vec3& s = seen[std::size_t(v)];
-            s = {p.dot(side), p.dot(up), p.dot(axis)};
-            x_low = std::min(x_low, s.x()), x_high = std::max(x_high, s.x());
-            y_low = std::min(y_low, s.y()), y_high = std::max(y_high, s.y());
+            const Vec3 p = positions.row(v).transpose();
+            seen[std::size_t(v)] = {std::clamp((p.dot(side) - x_low) / cell + 1, 1.0f, edge),
+                                    std::clamp((p.dot(up) - y_low) / cell + 1, 1.0f, edge), p.dot(axis)};
         }
-        const float cell = std::max({x_high - x_low, y_high - y_low, 1e-3f}) / float(resolution_ - 3);
-        for (Vec3& s : seen) s = {(s.x() - x_low) / cell + 1, (s.y() - y_low) / cell + 1, s.z()};
 
         depths.clear();
         for (const auto& [a, b, c] : blockers_) depths.draw(seen[a], seen[b], seen[c]);
@@ -101,7 +106,8 @@ Eigen::VectorXf Occlusion::at(PointsRef positions, PointsRef normals, float reac
             const float depth = s.z() * turn + cell * (weight + std::min(slope, 3.0f) + 0.2f);
             const int ix = int(x), iy = int(y);
             const float fx = x - float(ix), fy = y - float(iy);
-            const float* buffer = (turn > 0 ? depths.high : depths.low).data() + std::size_t(iy) * std::size_t(resolution_) + ix;
+            const float* buffer = (turn > 0 ? depths.high : depths.low).data() +
+                                  std::size_t(iy) * std::size_t(resolution_) + ix;
             const auto free = [&](float blocker) {
                 const float above = blocker * turn - depth;
                 return above <= 0 ? 1.0f : above / (reach + above);

@@ -7,21 +7,26 @@
 
 namespace mien::samples {
 
-/// Ambient occlusion of a deforming mesh: how much of the sky each point sees, by drawing the mesh into a small depth
-/// buffer along each of a fixed set of directions. Both ends of an axis come from one drawing.
+/// Ambient occlusion of a deforming mesh: how much of the sky each point sees, by drawing the mesh into a
+/// small depth buffer along each of a fixed set of directions. Both ends of an axis come from one drawing.
 class Occlusion {
 public:
-    /// blockers: triangles that cast shade. axes: directions / 2. resolution: depth cells per side.
-    explicit Occlusion(std::vector<Triangle> blockers, int axes = 22, int resolution = 192);
+    /// rest: V x 3, mm, from which the depth buffers take their place; it stays the same in every frame, so
+    /// that what does not move does not flicker. blockers: triangles that cast shade. axes: directions / 2.
+    /// resolution: depth cells per side.
+    Occlusion(PointsRef rest, std::vector<Triangle> blockers, int axes = 22, int resolution = 192);
 
-    /// The cosine-weighted open part of the hemisphere above each point, 1 open .. 0 closed. positions, normals: V x 3
-    /// (mm, unit); blockers index positions. `reach`: mm; a blocker this far
-    /// off shades half as much as a touching one.
+    /// The cosine-weighted open part of the hemisphere above each point, 1 open .. 0 closed. positions,
+    /// normals: V x 3 (mm, unit). `reach`: mm; a blocker this far off shades half as much as a touching one.
     Eigen::VectorXf at(PointsRef positions, PointsRef normals, float reach) const;
 
 private:
+    struct View {  // along one axis: x, y in cells, z in mm
+        Vec3 side, up, axis;
+        float x_low, y_low, cell;
+    };
     std::vector<Triangle> blockers_;
-    std::vector<Vec3> axes_;
+    std::vector<View> views_;
     int resolution_;
 };
 

@@ -37,16 +37,20 @@ const SrgbTable& srgb_table() {
 }
 
 bool blocks_light(Surface s) {
-    return s == Surface::skin || s == Surface::eye || s == Surface::teeth || s == Surface::mouth || s == Surface::hair;
+    return s == Surface::skin || s == Surface::eye || s == Surface::teeth || s == Surface::mouth ||
+           s == Surface::hair;
 }
 
-// How much of the occlusion a surface shows. Eyes keep their light: they are wet, and meet the viewer's look.
+// How much of the occlusion a surface shows. Wet surfaces keep some light.
 float shade_strength(Surface s) {
     switch (s) {
         case Surface::eye:
-        case Surface::cornea: return 0.62f;
-        case Surface::teeth: return 0.85f;
-        default: return 1;
+        case Surface::cornea:
+            return 0.85f;
+        case Surface::teeth:
+            return 0.85f;
+        default:
+            return 1;
     }
 }
 
@@ -77,7 +81,7 @@ struct Skin::Painted {
           triangles(actor.neutral().triangles),
           map(make_texel_map(actor.neutral(), size, size)),
           strain(actor.neutral()),
-          occlusion(blockers_of(actor.neutral())),
+          occlusion(actor.neutral().positions, blockers_of(actor.neutral())),
           reach(2.2f * (actor.landmarks().eye_centre[1] - actor.landmarks().eye_centre[0]).norm()) {
         paint(actor, complexion, seed);
         lay_gutter();
@@ -111,13 +115,17 @@ struct Skin::Painted {
                 Texel& texel = texels[std::size_t(i)];
                 const auto& [a, b, c] = texel.corners;
                 const auto mix = [&](const Points& rows) -> Vec3 {
-                    return ((1 - texel.b1 - texel.b2) * rows.row(a) + texel.b1 * rows.row(b) + texel.b2 * rows.row(c)).transpose();
+                    return ((1 - texel.b1 - texel.b2) * rows.row(a) + texel.b1 * rows.row(b) +
+                            texel.b2 * rows.row(c))
+                        .transpose();
                 };
                 const std::uint32_t t = map.texels[texel.place].triangle;
                 Vec3 normal = mix(normals);
                 normal = normal.norm() > 1e-6f ? Vec3(normal.normalized()) : Vec3(Vec3::UnitZ());
-                const float sky = (1 - texel.b1 - texel.b2) * open[a] + texel.b1 * open[b] + texel.b2 * open[c];
-                const Pigment pigment = painter.paint(surfaces[t], mix(neutral.positions), normal, footprint(neutral, t), sky);
+                const float sky =
+                    (1 - texel.b1 - texel.b2) * open[a] + texel.b1 * open[b] + texel.b2 * open[c];
+                const Pigment pigment =
+                    painter.paint(surfaces[t], mix(neutral.positions), normal, footprint(neutral, t), sky);
                 for (int k = 0; k < 3; ++k) texel.albedo[k] = std::clamp(pigment.albedo[k], 0.002f, 0.95f);
                 texel.perfusion = pigment.perfusion;
                 texel.crease = pigment.crease;
@@ -131,7 +139,8 @@ struct Skin::Painted {
         const Vec3 ab = (neutral.positions.row(c[1]) - neutral.positions.row(c[0])).transpose();
         const Vec3 ac = (neutral.positions.row(c[2]) - neutral.positions.row(c[0])).transpose();
         const Triangle& uv = neutral.texcoord_triangles[t];
-        const Vec2 p = neutral.texcoords[uv[1]] - neutral.texcoords[uv[0]], q = neutral.texcoords[uv[2]] - neutral.texcoords[uv[0]];
+        const Vec2 p = neutral.texcoords[uv[1]] - neutral.texcoords[uv[0]],
+                   q = neutral.texcoords[uv[2]] - neutral.texcoords[uv[0]];
         const float area = std::abs(p.x() * q.y() - p.y() * q.x()) * float(size) * float(size);
         return std::sqrt(ab.cross(ac).norm() / std::max(area, 1e-6f));
     }
@@ -148,7 +157,8 @@ struct Skin::Painted {
             next.clear();
             for (const std::uint32_t i : ring) {
                 const int x = int(i) % size, y = int(i) / size;
-                constexpr int kSteps[8][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, -1}, {-1, 1}, {1, 1}};
+                constexpr int kSteps[8][2] = {{-1, 0},  {1, 0},  {0, -1}, {0, 1},
+                                              {-1, -1}, {1, -1}, {-1, 1}, {1, 1}};
                 for (const auto& [dx, dy] : kSteps) {
                     if (x + dx < 0 || x + dx >= size || y + dy < 0 || y + dy >= size) continue;
                     const auto j = std::uint32_t((y + dy) * size + x + dx);
@@ -171,7 +181,8 @@ struct Skin::Painted {
                                                 arkit_index("NoseSneerLeft"), arkit_index("NoseSneerRight"),
                                                 arkit_index("EyeSquintLeft"), arkit_index("EyeSquintRight")};
         float effort = 0;
-        for (const int i : kEffort) effort += std::clamp(instant.weights[std::size_t(i)], 0.0f, 1.0f) / float(kEffort.size());
+        for (const int i : kEffort)
+            effort += std::clamp(instant.weights[std::size_t(i)], 0.0f, 1.0f) / float(kEffort.size());
 
         std::vector<Eigen::Array4f> shaded(strength.size());
         for (std::size_t v = 0; v < shaded.size(); ++v) {
@@ -180,7 +191,9 @@ struct Skin::Painted {
             for (std::uint32_t i = begin[v]; i < begin[v + 1]; ++i) sum += open[around[i]];
             const auto count = float(begin[v + 1] - begin[v]);
             const float light = count > 0 ? 0.5f * open[row] + 0.5f / count * sum : 1.0f;
-            const float blood = std::clamp(-1.25f * field.growth[row], -0.8f, 1.2f) + 0.18f * effort;
+            // Squeezed skin holds more blood, up to a point; stretched skin can only lose what it had.
+            const float growth = field.growth[row];
+            const float blood = (growth < 0 ? 0.9f : 0.38f) * std::tanh(-1.5f * growth) + 0.18f * effort;
             const float depth = std::clamp(1.6f * (field.squeeze[row] - 0.05f), 0.0f, 1.0f);
             // A little darker than the sky alone makes it: what light there is comes from few sides.
             shaded[v] = {1 - strength[v] * (1 - light * std::sqrt(light)), blood, depth, 0};
@@ -196,8 +209,8 @@ struct Skin::Painted {
     float reach;
     std::vector<Texel> texels;
     std::vector<Copy> gutter;
-    std::vector<float> strength;                 // V, of the occlusion
-    std::vector<std::uint32_t> begin, around;    // neighbours of v: around[begin[v]] .. around[begin[v + 1]]
+    std::vector<float> strength;               // V, of the occlusion
+    std::vector<std::uint32_t> begin, around;  // neighbours of v: around[begin[v]] .. around[begin[v + 1]]
 };
 
 Complexion Complexion::of_seed(std::uint64_t seed) {
@@ -217,7 +230,8 @@ Complexion Complexion::of_seed(std::uint64_t seed) {
     return complexion;
 }
 
-Skin::Skin(const Actor& actor, int size, std::uint64_t seed) : Skin(actor, size, seed, Complexion::of_seed(seed)) {}
+Skin::Skin(const Actor& actor, int size, std::uint64_t seed)
+    : Skin(actor, size, seed, Complexion::of_seed(seed)) {}
 
 Skin::Skin(const Actor& actor, int size, std::uint64_t seed, const Complexion& complexion) {
     assert(size >= 16 && size <= 8192);
@@ -239,13 +253,16 @@ Image Skin::texture(const Instant& instant, PointsRef deformed) const {
     std::array<std::int64_t, 3> sums{};
     for (const Painted::Texel& texel : skin.texels) {
         const auto& [a, b, c] = texel.corners;
-        const Eigen::Array4f here = (1 - texel.b1 - texel.b2) * shaded[a] + texel.b1 * shaded[b] + texel.b2 * shaded[c];
+        const Eigen::Array4f here =
+            (1 - texel.b1 - texel.b2) * shaded[a] + texel.b1 * shaded[b] + texel.b2 * shaded[c];
         const float light = here[0], blood = here[1] * texel.perfusion, fold = here[2] * texel.crease;
         std::uint8_t* pixel = image.pixels.data() + std::size_t(texel.place) * 3;
         for (int k = 0; k < 3; ++k) {
             const float x = -blood * kBloodAbsorption[k] - fold * (0.45f + 0.6f * kBloodAbsorption[k]);
-            const float tinted = texel.albedo[k] * (1 + x * (1 + x * (0.5f + x * (1 / 6.0f))));  // e^x, near 0
-            // Light bounced about in a hollow of this colour: what is hidden stays warm (the sum over all bounces).
+            const float tinted =
+                texel.albedo[k] * (1 + x * (1 + x * (0.5f + x * (1 / 6.0f))));  // e^x, near 0
+            // Light bounced about in a hollow of this colour: what is hidden stays warm (the sum over all
+            // bounces).
             const float lit = tinted * light / (1 - tinted * (1 - light));
             pixel[k] = encode(lit);
             sums[std::size_t(k)] += pixel[k];
@@ -256,9 +273,11 @@ Image Skin::texture(const Instant& instant, PointsRef deformed) const {
     std::array<std::uint8_t, 3> mean;
     for (std::size_t k = 0; k < 3; ++k) mean[k] = std::uint8_t(sums[k] / std::int64_t(skin.texels.size()));
     for (std::size_t i = 0; i < skin.map.texels.size(); ++i)
-        if (skin.map.texels[i].triangle == TexelMap::kNone) std::copy(mean.begin(), mean.end(), image.pixels.begin() + std::ptrdiff_t(3 * i));
+        if (skin.map.texels[i].triangle == TexelMap::kNone)
+            std::copy(mean.begin(), mean.end(), image.pixels.begin() + std::ptrdiff_t(3 * i));
     for (const Painted::Copy& copy : skin.gutter)
-        std::copy_n(image.pixels.begin() + std::ptrdiff_t(3) * copy.from, 3, image.pixels.begin() + std::ptrdiff_t(3) * copy.to);
+        std::copy_n(image.pixels.begin() + std::ptrdiff_t(3) * copy.from, 3,
+                    image.pixels.begin() + std::ptrdiff_t(3) * copy.to);
     return image;
 }
 
@@ -270,10 +289,13 @@ Image Skin::mask() const {
 
 FloatMap Skin::albedo() const {
     FloatMap map(painted_->size, painted_->size, 3);
-    for (const Painted::Texel& texel : painted_->texels) std::copy_n(texel.albedo, 3, map.values.data() + std::size_t(texel.place) * 3);
+    for (const Painted::Texel& texel : painted_->texels)
+        std::copy_n(texel.albedo, 3, map.values.data() + std::size_t(texel.place) * 3);
     return map;
 }
 
-const TexelMap& Skin::texel_map() const { return painted_->map; }
+const TexelMap& Skin::texel_map() const {
+    return painted_->map;
+}
 
 }  // namespace mien::samples

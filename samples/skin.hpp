@@ -9,21 +9,22 @@
 
 namespace mien::samples {
 
-/// What a skin looks like apart from where it lies. Amounts are relative to a fair, lightly freckled adult (all 1).
+/// What a skin looks like apart from where it lies. Amounts are relative to a fair, lightly freckled adult
+/// (all 1).
 struct Complexion {
     float melanin = 1;                     ///< of the whole skin; 0.5 very fair .. 6 dark
     float haemoglobin = 1;                 ///< redness of the whole skin
     float freckles = 1;                    ///< how many, and how dark
-    float beard_shadow = 0.2f;             ///< shaved stubble over jaw and upper lip, 0 .. 1
-    Vec3 hair = {0.050f, 0.029f, 0.018f};  ///< linear albedo of brows, lashes and hair
-    Vec3 iris = {0.16f, 0.20f, 0.20f};     ///< linear albedo of the middle of the iris
+    float beard_shadow = 0.12f;            ///< shaved stubble over jaw and upper lip, 0 .. 1
+    Vec3 hair = {0.048f, 0.026f, 0.014f};  ///< linear albedo of brows, lashes and hair
+    Vec3 iris = {0.105f, 0.14f, 0.145f};   ///< linear albedo of the middle of the iris
 
     /// A plausible person: hair, eyes and skin vary together. Seed 0 is the stage's default actor.
     static Complexion of_seed(std::uint64_t seed);
 };
 
-/// The procedural skin of any actor: a texture painted once in the 3-D space of the neutral head, from its landmarks,
-/// and lit, reddened and creased anew in every frame by what the face does. Deterministic by seed.
+/// The procedural skin of any actor: a texture painted once in the 3-D space of the neutral head, from its
+/// landmarks, and lit, reddened and creased anew in every frame by what the face does. Deterministic by seed.
 class Skin {
 public:
     /// size: texels per side, 16 .. 8192. The actor need not outlive the skin.
@@ -33,9 +34,10 @@ public:
     Skin(Skin&&) noexcept;
     Skin& operator=(Skin&&) noexcept;
 
-    /// RGB, size x size, sRGB: the albedo with this instant's blood (skin that is compressed reddens, stretched skin
-    /// blanches), creases and ambient occlusion. `deformed`: what actor.deform(instant) gave, V x 3, mm, head space.
-    /// Texels within 16 of a chart repeat the nearest charted one. May be called from several threads at once.
+    /// RGB, size x size, sRGB: the albedo with this instant's blood (skin that is compressed reddens,
+    /// stretched skin blanches), creases and ambient occlusion. `deformed`: what actor.deform(instant) gave,
+    /// V x 3, mm, head space. Texels within 16 of a chart repeat the nearest charted one. May be called from
+    /// several threads at once.
     Image texture(const Instant& instant, PointsRef deformed) const;
 
     /// Grey, 255 where a chart covers the texel centre, else 0: exactly texel_map().used().

@@ -26,18 +26,24 @@ void Painter::lay_folds() {
     };
     // Across the forehead, following the brows.
     for (int row = 0; row < 4; ++row) {
-        const float height = (15 + 10.5f * float(row)) * s, half = (46 - 3.5f * float(row)) * s, phase = random.uniform(0, 6);
-        add_fold(line(25,
-                      [&](float t) -> Vec3 {
-                          const float x = (2 * t - 1) * half, u = 2 * t - 1;
-                          const float arch = 5 * s * std::sin(3.14159265f * std::min(1.0f, std::abs(u) * 1.1f)) - 4 * s * u * u;
-                          return {x, marks.glabella.y() + height + arch + 0.9f * s * std::sin(5 * u + phase), 0};
-                      }),
-                 0.75f * s, 0.75f);
+        const float height = (15 + 10.5f * float(row)) * s, half = (46 - 3.5f * float(row)) * s,
+                    phase = random.uniform(0, 6);
+        add_fold(
+            line(25,
+                 [&](float t) -> Vec3 {
+                     const float x = (2 * t - 1) * half, u = 2 * t - 1;
+                     const float arch =
+                         5 * s * std::sin(3.14159265f * std::min(1.0f, std::abs(u) * 1.1f)) - 4 * s * u * u;
+                     return {x, marks.glabella.y() + height + arch + 0.9f * s * std::sin(5 * u + phase), 0};
+                 }),
+            0.75f * s, 0.75f);
     }
     // Between the brows.
     for (const float way : {-1.0f, 1.0f})
-        add_fold(line(8, [&](float t) -> Vec3 { return marks.glabella + s * Vec3(way * (5.2f + 2.2f * t), -7 + 19 * t, 0); }),
+        add_fold(line(8,
+                      [&](float t) -> Vec3 {
+                          return marks.glabella + s * Vec3(way * (5.2f + 2.2f * t), -7 + 19 * t, 0);
+                      }),
                  0.8f * s, 0.85f);
     for (int side = 0; side < 2; ++side) {
         const float out = side == 1 ? 1.0f : -1.0f;
@@ -47,7 +53,8 @@ void Painter::lay_folds() {
             add_fold(line(8,
                           [&](float t) -> Vec3 {
                               const float r = (6 + 15 * t) * s;
-                              return corner + Vec3(out * r * std::cos(tilt), r * std::sin(tilt) - 0.06f * r * t, 0);
+                              return corner +
+                                     Vec3(out * r * std::cos(tilt), r * std::sin(tilt) - 0.06f * r * t, 0);
                           }),
                      0.55f * s, 0.75f);
         // Under the eye.
@@ -60,17 +67,20 @@ void Painter::lay_folds() {
                      0.6f * s, 0.5f);
         // From the wing of the nose to the corner of the mouth.
         const Vec3 wing = marks.nostril[side] + s * Vec3(out * 11, 5, 0);
-        const Vec3 mouth = (side == 1 ? marks.upper_lip_line.back() : marks.upper_lip_line.front()) + s * Vec3(out * 9.5f, -3, 0);
+        const Vec3 mouth = (side == 1 ? marks.upper_lip_line.back() : marks.upper_lip_line.front()) +
+                           s * Vec3(out * 9.5f, -3, 0);
         add_fold(line(12,
                       [&](float t) -> Vec3 {
-                          return wing + t * (mouth - wing) + Vec3(out * s * 2.6f * std::sin(3.14159f * t), 0, 0);
+                          return wing + t * (mouth - wing) +
+                                 Vec3(out * s * 2.6f * std::sin(3.14159f * t), 0, 0);
                       }),
                  1.2f * s, 0.7f);
         // Across the side of the nose's bridge.
         for (int i = 0; i < 3; ++i)
             add_fold(line(5,
                           [&](float t) -> Vec3 {
-                              return marks.glabella + s * Vec3(out * (4 + 7 * t), -14 - 5 * float(i) - 3.5f * t, 0);
+                              return marks.glabella +
+                                     s * Vec3(out * (4 + 7 * t), -14 - 5 * float(i) - 3.5f * t, 0);
                           }),
                      0.55f * s, 0.55f);
     }
@@ -81,7 +91,8 @@ void Painter::lay_folds() {
         const Vec3 start = line_point(upper ? marks.upper_lip_outline : marks.lower_lip_outline, t);
         const Vec3 way = (start - places_.mouth_centre() + Vec3(0, upper ? 9 * s : -9 * s, 0)).normalized();
         const float reach = random.uniform(3.5f, 7) * s;
-        add_fold(line(4, [&](float u) -> Vec3 { return start + way * (0.8f * s + u * reach); }), 0.4f * s, 0.4f);
+        add_fold(line(4, [&](float u) -> Vec3 { return start + way * (0.8f * s + u * reach); }), 0.4f * s,
+                 0.4f);
     }
 }
 
@@ -91,7 +102,9 @@ float Painter::crease(const Vec3& p) const {
     const float wobble = 0.5f * places_.scale() * fractal_noise(p / (6 * places_.scale()), 2, seed_ + 51);
     float deepest = 0;
     for (const Fold& fold : folds_) {
-        if ((flat.head<2>().array() < fold.low.array()).any() || (flat.head<2>().array() > fold.high.array()).any()) continue;
+        if ((flat.head<2>().array() < fold.low.array()).any() ||
+            (flat.head<2>().array() > fold.high.array()).any())
+            continue;
         float along = 0;
         const float distance = line_distance(fold.line, flat + Vec3(0, wobble, 0), &along) / fold.width;
         const float ends = smooth_step(0, 0.18f, along) * smooth_step(1, 0.82f, along);

@@ -6,7 +6,9 @@
 namespace mien::samples {
 namespace {
 
-float bump(float distance, float radius) { return std::exp(-(distance / radius) * (distance / radius)); }
+float bump(float distance, float radius) {
+    return std::exp(-(distance / radius) * (distance / radius));
+}
 
 Vec3 tangent_part(const Vec3& v, const Vec3& normal) {
     const Vec3 flat = v - v.dot(normal) * normal;
@@ -30,11 +32,12 @@ void Painter::grow_scalp(const SurfaceSampler& head, Random& random) {
     const int candidates = int(std::min(head.area() / (s * s) * 0.75f, 160000.0f));
     for (int i = 0; i < candidates; ++i) {
         const SurfaceSampler::Place place = head.draw(random);
-        const float keep = random.uniform(), shade = random.normal(), turn = random.normal(), curl = random.normal(),
-                    length = random.uniform(), fine = random.uniform();
+        const float keep = random.uniform(), shade = random.normal(), turn = random.normal(),
+                    curl = random.normal(), length = random.uniform(), fine = random.uniform();
         const float inside = place.surface == Surface::hair
                                  ? 30.0f
-                                 : places_.into_scalp(place.position) + 3 * fractal_noise(place.position / (7 * s), 2, seed_ + 98);
+                                 : places_.into_scalp(place.position) +
+                                       3 * fractal_noise(place.position / (7 * s), 2, seed_ + 98);
         if (keep > smooth_step(-4, 9, inside)) continue;
         const Vec3 flow = hair_flow(place.position, place.normal), across = place.normal.cross(flow);
         const Vec3 start = (flow + 0.22f * turn * across).normalized();
@@ -48,7 +51,7 @@ void Painter::grow_scalp(const SurfaceSampler& head, Random& random) {
         hair.radius_root = s * (0.10f + 0.10f * fine);
         hair.radius_tip = 0.03f * s;
         hair.softness = 0.08f * s;
-        hair.tint = complexion_.hair * std::exp(0.42f * shade);
+        hair.tint = complexion_.hair * 0.85f * std::exp(0.42f * shade);
         hair.opacity = 0.75f;
         hairs_.add(hair);
     }
@@ -72,15 +75,24 @@ void Painter::grow_brows(const SurfaceSampler& face, Random& random) {
             const float off = line_distance(brow, p, &along) / s;
             if (off > 6 || place.normal.z() < 0.1f) continue;
             // Broad and soft at the inner end, thickest at a third, tapering to the tail.
-            const float half_width = 4.1f * smooth_step(-0.10f, 0.16f, along) * (1 - 0.80f * smooth_step(0.35f, 1.0f, along)) + 0.4f;
-            if (random.uniform() > bump(off, half_width * 0.8f) * (0.45f + 0.55f * smooth_step(0, 0.15f, along))) continue;
+            const float half_width =
+                3.7f * smooth_step(-0.10f, 0.16f, along) * (1 - 0.80f * smooth_step(0.35f, 1.0f, along)) +
+                0.4f;
+            if (random.uniform() >
+                bump(off, half_width * 0.8f) * (0.45f + 0.55f * smooth_step(0, 0.15f, along)))
+                continue;
 
             const Vec3 here = line_point(brow, along);
-            const Vec3 outward = (line_point(brow, std::min(1.0f, along + 0.06f)) - line_point(brow, std::max(0.0f, along - 0.06f))).normalized();
-            const Vec3 up = tangent_part(place.normal.cross(outward) * (side == 1 ? 1.0f : -1.0f), place.normal);
+            const Vec3 outward = (line_point(brow, std::min(1.0f, along + 0.06f)) -
+                                  line_point(brow, std::max(0.0f, along - 0.06f)))
+                                     .normalized();
+            const Vec3 up =
+                tangent_part(place.normal.cross(outward) * (side == 1 ? 1.0f : -1.0f), place.normal);
             const float height = (p - here).dot(up) / (s * half_width);  // -1 lower edge .. 1 upper edge
-            // At the inner end hairs stand up; along the body the lower ones sweep up and the upper ones down to meet.
-            const float stand = 0.95f * (1 - smooth_step(0.0f, 0.26f, along)) + 0.34f - 0.42f * height - 0.30f * smooth_step(0.5f, 1.0f, along);
+            // At the inner end hairs stand up; along the body the lower ones sweep up and the upper ones down
+            // to meet.
+            const float stand = 0.95f * (1 - smooth_step(0.0f, 0.26f, along)) + 0.34f - 0.42f * height -
+                                0.30f * smooth_step(0.5f, 1.0f, along);
             const float angle = stand + 0.16f * random.normal();
             const Vec3 start = tangent_part(std::cos(angle) * outward + std::sin(angle) * up, place.normal);
             const float bend = angle * 0.55f - 0.10f;
@@ -94,8 +106,8 @@ void Painter::grow_brows(const SurfaceSampler& face, Random& random) {
             hair.radius_root = s * random.uniform(0.10f, 0.17f);
             hair.radius_tip = 0.02f * s;
             hair.softness = 0.07f * s;
-            hair.tint = complexion_.hair * std::exp(0.30f * random.normal());
-            hair.opacity = 0.62f * (0.45f + 0.55f * smooth_step(0.0f, 0.14f, along));
+            hair.tint = complexion_.hair * 0.75f * std::exp(0.32f * random.normal());
+            hair.opacity = 0.66f * (0.40f + 0.60f * smooth_step(0.0f, 0.14f, along));
             hairs_.add(hair);
             ++grown;
         }
@@ -113,10 +125,12 @@ void Painter::grow_lashes(Random& random) {
                 const float along = 0.10f + 0.88f * (float(i) + random.uniform()) / float(count);
                 const Vec3 root = line_point(lid, along);
                 const Vec3 normal = (root - marks.eye_centre[side]).normalized();
-                const float fan = (along - 0.45f) * 1.5f * (side == 1 ? 1.0f : -1.0f) + 0.15f * random.normal();
+                const float fan =
+                    (along - 0.45f) * 1.5f * (side == 1 ? 1.0f : -1.0f) + 0.15f * random.normal();
                 const Vec3 way = tangent_part(Vec3(fan, upper ? 1.0f : -1.0f, 0), normal);
                 const float reach = s * (upper ? 1.9f : 1.2f) * random.uniform(0.6f, 1.1f);
-                Stroke lash{root, root + 0.5f * reach * way, root + reach * way, normal, 0.10f * s, 0.02f * s};
+                Stroke lash{root,     root + 0.5f * reach * way, root + reach * way, normal, 0.10f * s,
+                            0.02f * s};
                 lash.tint = complexion_.hair * 0.5f;
                 lash.opacity = upper ? 0.65f : 0.4f;
                 lash.softness = 0.08f * s;
@@ -134,12 +148,13 @@ void Painter::grow_stubble(const SurfaceSampler& face, Random& random) {
         const float keep = random.uniform();
         const Vec3& p = place.position;
         const float below_nose = (marks.nostril[0].y() - p.y()) / s;
-        const float density = smooth_step(2, 9, below_nose) * smooth_step(66, 34, places_.from(p, marks.chin)) *
+        const float density = smooth_step(2, 9, below_nose) *
+                              smooth_step(66, 34, places_.from(p, marks.chin)) *
                               smooth_step(-1, -4, places_.into_lips(p));
         if (keep > density || p.z() < marks.ear[0].z()) continue;
         const Vec3 way = tangent_part(Vec3(p.x() * 0.004f, -1, 0), place.normal);
-        Stroke bristle{p, p + 0.25f * s * way, p + 0.5f * s * way, place.normal, 0.10f * s, 0.05f * s};
-        bristle.tint = Vec3(0.55f, 0.55f, 0.58f);
+        Stroke bristle{p, p + 0.25f * s * way, p + 0.5f * s * way, place.normal, 0.08f * s, 0.05f * s};
+        bristle.tint = Vec3(0.60f, 0.60f, 0.63f);
         bristle.mode = Stroke::Mode::absorb;
         bristle.opacity = 0.5f;
         bristle.softness = 0.1f * s;

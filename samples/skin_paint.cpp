@@ -6,8 +6,12 @@
 namespace mien::samples {
 namespace {
 
-float bump(float distance, float radius) { return std::exp(-(distance / radius) * (distance / radius)); }
-Vec3 blend(const Vec3& a, const Vec3& b, float t) { return a + t * (b - a); }
+float bump(float distance, float radius) {
+    return std::exp(-(distance / radius) * (distance / radius));
+}
+Vec3 blend(const Vec3& a, const Vec3& b, float t) {
+    return a + t * (b - a);
+}
 
 }  // namespace
 
@@ -18,7 +22,8 @@ Vec3 skin_albedo(float melanin, float haemoglobin) {
     return dermis.cwiseProduct((-melanin * melanin_absorption - haemoglobin * blood).array().exp().matrix());
 }
 
-Painter::Painter(const Mesh& neutral, const Landmarks& landmarks, const Complexion& complexion, std::uint64_t seed)
+Painter::Painter(const Mesh& neutral, const Landmarks& landmarks, const Complexion& complexion,
+                 std::uint64_t seed)
     : places_(landmarks), complexion_(complexion), seed_(std::uint32_t(Random(seed).bits() & 0xffffff)) {
     const std::vector<Surface> surfaces = neutral.triangle_surfaces();
     bool has_teeth = false;
@@ -37,7 +42,8 @@ Painter::Painter(const Mesh& neutral, const Landmarks& landmarks, const Complexi
     const SurfaceSampler head(neutral, bit(Surface::skin) | bit(Surface::hair));
     // Each kind has its own numbers, so that more freckles do not move the brows.
     const auto random = [&](std::uint64_t kind) { return Random(seed * 1000003 + kind); };
-    Random freckles = random(1), stubble = random(2), scalp = random(3), brows = random(4), lashes = random(5);
+    Random freckles = random(1), stubble = random(2), scalp = random(3), brows = random(4),
+           lashes = random(5);
     if (face.area() > 0) {
         scatter_freckles(face, freckles);
         grow_stubble(face, stubble);
@@ -48,20 +54,27 @@ Painter::Painter(const Mesh& neutral, const Landmarks& landmarks, const Complexi
     lay_folds();
 }
 
-Pigment Painter::paint(Surface surface, const Vec3& p, const Vec3& normal, float footprint, float open) const {
+Pigment Painter::paint(Surface surface, const Vec3& p, const Vec3& normal, float footprint,
+                       float open) const {
     switch (surface) {
         case Surface::eye:
-        case Surface::cornea: return eyeball(p, footprint);
-        case Surface::teeth: return tooth(p);
-        case Surface::mouth: return mouth(p, normal);
-        case Surface::lashes: return {complexion_.hair * 0.5f};
-        case Surface::hair: return hair(p, normal, footprint);
+        case Surface::cornea:
+            return eyeball(p, footprint);
+        case Surface::teeth:
+            return tooth(p);
+        case Surface::mouth:
+            return mouth(p, normal);
+        case Surface::lashes:
+            return {complexion_.hair * 0.5f};
+        case Surface::hair:
+            return hair(p, normal, footprint);
         case Surface::other: {
             const int side = Places::side_of(p);
             if (places_.from(p, places_.marks().eye_centre[side]) < 24) return eyeball(p, footprint);
             break;
         }
-        case Surface::skin: break;
+        case Surface::skin:
+            break;
     }
     return skin(p, normal, footprint, open);
 }
@@ -74,14 +87,16 @@ Pigment Painter::skin(const Vec3& p, const Vec3& normal, float footprint, float 
     const auto noise = [&](float size, int octaves, std::uint32_t kind) {
         return fractal_noise(q / size, octaves, seed_ + kind * 977u);
     };
-    const auto near = [&](const Vec3& landmark, float radius) { return bump(places_.from(p, landmark), radius); };
+    const auto near = [&](const Vec3& landmark, float radius) {
+        return bump(places_.from(p, landmark), radius);
+    };
 
     // Large regions: blood in cheeks, nose, ears and chin; a paler, yellower forehead and neck.
     const float blotch = noise(7, 3, 1), cloud = noise(26, 2, 2);
     const float cheek = near(marks.cheek[side], 21);
-    float blood = 0.80f + 0.22f * cloud;
-    float melanin = 1 + 0.16f * noise(31, 2, 3);
-    blood += 0.50f * cheek * (0.85f + 0.8f * blotch);
+    float blood = 0.72f + 0.20f * cloud;
+    float melanin = 1.10f + 0.16f * noise(31, 2, 3);
+    blood += 0.50f * cheek * (0.9f + 0.45f * blotch);
     blood += 0.50f * near(marks.nose_tip, 12) + 0.34f * near(marks.nostril[side], 9);
     blood += 0.55f * near(marks.ear[side], 30) * (0.8f + 0.5f * blotch);
     blood += 0.22f * near(marks.chin, 14) + 0.12f * near(marks.glabella, 12);
@@ -94,13 +109,13 @@ Pigment Painter::skin(const Vec3& p, const Vec3& normal, float footprint, float 
 
     // Around the eyes: thin reddish lids, and the bluish shade below them.
     const float upper = places_.from_upper_lid(p, side), lower = places_.from_lower_lid(p, side);
-    blood += 0.26f * smooth_step(11, 2, upper) + 0.20f * smooth_step(6, 0.5f, lower);
-    melanin += 0.16f * smooth_step(12, 3, upper);
+    blood += 0.08f * smooth_step(11, 2, upper) + 0.12f * smooth_step(5, 0.5f, lower);
+    melanin += 0.07f * smooth_step(12, 3, upper);
     const float inner = places_.from(p, places_.inner_corner(side));
     const float trough = p.y() < places_.inner_corner(side).y() + s
                              ? bump(lower - 6.5f, 4.5f) * (0.45f + 0.55f * smooth_step(26, 6, inner))
                              : 0.0f;
-    melanin += 0.18f * trough;
+    melanin += 0.10f * trough;
 
     // Around the mouth.
     melanin += 0.06f * bump(places_.from(p, places_.mouth_centre()), 27);
@@ -109,9 +124,13 @@ Pigment Painter::skin(const Vec3& p, const Vec3& normal, float footprint, float 
     blood += 0.17f * blotch + 0.20f * noise(2.6f, 2, 4);
     melanin += 0.12f * noise(4.1f, 3, 5);
 
-    // Vermilion: no melanin to speak of, blood close to the surface, fine vertical lines, dark where the lips meet.
+    // Vermilion: no melanin to speak of, blood close to the surface, fine vertical lines, dark where the lips
+    // meet.
     const float ragged = 0.45f * noise(2.2f, 2, 6) + 0.5f * noise(9, 1, 7);
-    const float into_lips = places_.into_lips(p) + ragged, behind = places_.behind_lips(p);
+    // The colour fades before the corners, where the border runs into the cheek.
+    const float sideways = std::abs(p.x() - places_.mouth_centre().x()) / (0.5f * places_.mouth_width());
+    const float into_lips = places_.into_lips(p) + ragged - 3.2f * smooth_step(0.68f, 1.04f, sideways),
+                behind = places_.behind_lips(p);
     const float off_mouth = places_.from(p, places_.mouth_centre()) / (places_.mouth_width() / s);
     float lip = smooth_step(-1.3f, 1.5f, into_lips);
     const bool faces_inward = normal.z() < 0.3f && off_mouth < 0.62f && behind > 0.5f &&
@@ -122,7 +141,8 @@ Pigment Painter::skin(const Vec3& p, const Vec3& normal, float footprint, float 
     if (lip > 0) {
         const bool below = places_.below_lip_line(p);
         const Vec3 along(q.x() / 0.85f + 0.35f * noise(3, 1, 8), q.y() / 7.5f, below ? 5.0f : 0.0f);
-        const float lines = gradient_noise(along, seed_ + 31) + 0.5f * gradient_noise(along * 2.1f, seed_ + 32);
+        const float lines =
+            gradient_noise(along, seed_ + 31) + 0.5f * gradient_noise(along * 2.1f, seed_ + 32);
         const float across = places_.across_lip(p);
         blood += lip * ((below ? 0.95f : 1.15f) - 0.25f * (across - 0.5f) + 0.25f * noise(3.5f, 2, 9));
         melanin += lip * (0.12f - 0.10f * across);
@@ -133,14 +153,17 @@ Pigment Painter::skin(const Vec3& p, const Vec3& normal, float footprint, float 
     }
     const float roll = bump(into_lips + 1.6f, 1.0f) * (1 - lip);  // the pale rim round the vermilion
 
-    Vec3 albedo = skin_albedo(complexion_.melanin * std::max(0.3f, melanin), complexion_.haemoglobin * std::max(0.1f, blood));
-    albedo *= lip_shade * (1 + 0.05f * roll);
-    albedo = albedo.cwiseProduct(blend(Vec3::Ones(), Vec3(0.87f, 0.92f, 0.99f), 0.8f * trough));
+    Vec3 albedo = skin_albedo(complexion_.melanin * std::max(0.3f, melanin),
+                              complexion_.haemoglobin * std::max(0.1f, blood));
+    albedo *= lip_shade * (1 + 0.05f * roll * smooth_step(0.5f, 0.35f, off_mouth));
+    albedo = albedo.cwiseProduct(blend(Vec3::Ones(), Vec3(0.89f, 0.93f, 0.99f), 0.6f * trough));
 
     // Shaved skin is a little blue-grey.
-    const float beard = complexion_.beard_shadow * smooth_step(-34, -44, (p.y() - marks.glabella.y()) / s * 0.75f + 4) *
+    const float beard = complexion_.beard_shadow *
+                        smooth_step(-34, -44, (p.y() - marks.glabella.y()) / s * 0.75f + 4) *
                         smooth_step(56, 30, places_.from(p, marks.chin)) * (1 - lip);
-    albedo = albedo.cwiseProduct(blend(Vec3::Ones(), Vec3(0.82f, 0.88f, 0.95f), std::min(1.0f, beard * (1 + 0.4f * blotch))));
+    albedo = albedo.cwiseProduct(
+        blend(Vec3::Ones(), Vec3(0.82f, 0.88f, 0.95f), std::min(1.0f, beard * (1 + 0.4f * blotch))));
 
     spots_.paint(p, normal, footprint, albedo);
 
@@ -156,28 +179,34 @@ Pigment Painter::skin(const Vec3& p, const Vec3& normal, float footprint, float 
     }
 
     // Nostrils, the wet rim of the lids, the lash line.
-    const float nostril = smooth_step(0.80f, 0.42f, open) * smooth_step(17, 11, places_.from(p, marks.nostril[side]));
+    const float nostril =
+        smooth_step(0.80f, 0.42f, open) * smooth_step(17, 11, places_.from(p, marks.nostril[side]));
     albedo = blend(albedo, Vec3(0.050f, 0.015f, 0.011f), 0.92f * nostril);
     const float into_eye = places_.into_eye(p, side);
     albedo = blend(albedo, Vec3(0.56f, 0.27f, 0.22f), 0.75f * smooth_step(-0.6f, 0.8f, into_eye));
     const float corner = bump(inner, 2.6f);
-    albedo = blend(albedo, Vec3(0.60f, 0.25f, 0.21f), 0.6f * corner);
-    const float lashes = std::max(0.62f * bump(upper, 0.85f), 0.30f * bump(lower, 0.8f)) * (1 - 0.8f * corner);
+    albedo = blend(albedo, Vec3(0.60f, 0.25f, 0.21f), 0.4f * corner);
+    const float lashes =
+        std::max(0.62f * bump(upper, 0.85f), 0.30f * bump(lower, 0.8f)) * (1 - 0.8f * corner);
     albedo = blend(albedo, complexion_.hair * 0.8f, lashes * (0.85f + 0.3f * noise(0.8f, 1, 11)));
 
     // The soft shade under brows and hair, then the hairs.
     float along = 0;
     const float off_brow = line_distance(marks.brow[side], p, &along) / s;
-    const float shade = 0.34f * bump(off_brow, 3.6f) * smooth_step(-0.02f, 0.12f, along) * smooth_step(1.02f, 0.7f, along);
-    albedo = blend(albedo, complexion_.hair * 1.6f, shade);
-    const float scalp = smooth_step(-1, 10, places_.into_scalp(p) + 3.5f * noise(9, 2, 12) + 1.5f * noise(2.4f, 2, 13));
-    albedo = blend(albedo, complexion_.hair * 1.15f, 0.80f * scalp);
+    const float shade =
+        0.30f * bump(off_brow, 3.2f) * smooth_step(-0.02f, 0.12f, along) * smooth_step(1.02f, 0.7f, along);
+    albedo = blend(albedo, complexion_.hair * 1.2f, shade);
+    const float scalp =
+        smooth_step(-1, 10, places_.into_scalp(p) + 3.5f * noise(9, 2, 12) + 1.5f * noise(2.4f, 2, 13));
+    albedo = blend(albedo, complexion_.hair * 0.8f, 0.86f * scalp);
     hairs_.paint(p, normal, footprint, albedo);
 
     Pigment pigment;
     pigment.albedo = albedo;
     const float covered = std::max({scalp, 0.6f * shade, nostril, lashes, inner_mouth});
-    pigment.perfusion = (1 - covered) * (1 + 0.35f * cheek + 0.25f * lip);
+    // Lids unroll rather than stretch: no blood to see there.
+    const float lid = smooth_step(13, 5, std::min(upper, lower));
+    pigment.perfusion = (1 - covered) * (1 - 0.85f * lid) * (1 + 0.35f * cheek + 0.25f * lip);
     pigment.crease = (1 - covered) * (1 - 0.7f * lip) * crease(p);
     return pigment;
 }
@@ -185,6 +214,7 @@ Pigment Painter::skin(const Vec3& p, const Vec3& normal, float footprint, float 
 void Painter::scatter_freckles(const SurfaceSampler& face, Random& random) {
     const Landmarks& marks = places_.marks();
     const float s = places_.scale();
+    Random moles(random.bits());  // of their own, so that more freckles do not move them
     const Vec3 bridge = (marks.glabella + 2 * marks.nose_tip) / 3;
     // Poisson spots: as many candidates as the area asks for, kept where the sun and the genes put them.
     const int candidates = int(face.area() / (s * s) * 0.16f * std::min(3.0f, complexion_.freckles));
@@ -207,16 +237,18 @@ void Painter::scatter_freckles(const SurfaceSampler& face, Random& random) {
         spot.softness = s * (0.45f + 0.45f * size);
         spot.mode = Stroke::Mode::absorb;
         spot.tint = Vec3(0.78f, 0.62f, 0.46f);
-        spot.opacity = (0.12f + 0.45f * dark * dark) * std::min(1.0f, complexion_.freckles);
+        spot.opacity = (0.17f + 0.50f * dark * dark) * std::min(1.0f, complexion_.freckles);
         spots_.add(spot);
     }
     // A few moles, anywhere but on lips and lids.
     for (int i = 0, kept = 0; i < 400 && kept < 4; ++i) {
-        const SurfaceSampler::Place place = face.draw(random);
-        const float size = random.uniform();
+        const SurfaceSampler::Place place = face.draw(moles);
+        const float size = moles.uniform();
         const Vec3& p = place.position;
         if (p.z() < marks.ear[0].z() || places_.into_scalp(p) > -6 || places_.into_lips(p) > -5) continue;
-        if (places_.from(p, marks.eye_centre[Places::side_of(p)]) < 22 || places_.from(p, marks.nose_tip) < 16) continue;
+        if (places_.from(p, marks.eye_centre[Places::side_of(p)]) < 22 ||
+            places_.from(p, marks.nose_tip) < 16)
+            continue;
         Stroke mole{p, p, p, place.normal, s * (0.35f + 0.5f * size), s * (0.35f + 0.5f * size)};
         mole.softness = 0.35f * s;
         mole.mode = Stroke::Mode::absorb;

@@ -13,10 +13,12 @@ struct Pigment {
     float crease = 0;     ///< how deep a wrinkle lies here when the skin folds, 0 .. 1
 };
 
-/// Paints every kind of surface of a head, point by point in the space of its neutral mesh. Thread-safe once made.
+/// Paints every kind of surface of a head, point by point in the space of its neutral mesh. Thread-safe once
+/// made.
 class Painter {
 public:
-    Painter(const Mesh& neutral, const Landmarks& landmarks, const Complexion& complexion, std::uint64_t seed);
+    Painter(const Mesh& neutral, const Landmarks& landmarks, const Complexion& complexion,
+            std::uint64_t seed);
 
     /// footprint: mm that a texel spans here; finer detail is left out.
     /// open: how much of the sky the point sees, 0 .. 1.
@@ -45,7 +47,7 @@ private:
     Complexion complexion_;
     std::uint32_t seed_;
     float teeth_low_ = 0, teeth_high_ = 0, teeth_middle_ = 0;  // heights of the arches and of the bite, mm
-    StrokeField spots_, hairs_;  // under and over the skin's own detail
+    StrokeField spots_, hairs_;                                // under and over the skin's own detail
     struct Fold {  // a line the skin wrinkles along, seen from the front
         Landmarks::Line line;
         float width, depth;
@@ -54,8 +56,8 @@ private:
     std::vector<Fold> folds_;
 };
 
-/// Light through melanin and blood (after the two-pigment models of skin, Jimenez et al. 2010): the albedo of skin with
-/// so much melanin and haemoglobin, both 1 for the fair adult.
+/// Light through melanin and blood (after the two-pigment models of skin, Jimenez et al. 2010): the albedo of
+/// skin with so much melanin and haemoglobin, both 1 for the fair adult.
 Vec3 skin_albedo(float melanin, float haemoglobin);
 /// What one more unit of haemoglobin multiplies the albedo by, as a natural logarithm per channel.
 inline constexpr float kBloodAbsorption[3] = {0.13f, 0.50f, 0.42f};

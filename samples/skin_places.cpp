@@ -17,7 +17,8 @@ float inside_distance(const Landmarks::Line& outline, const Vec3& p) {
         const Vec2 ab = b - a;
         const float t = std::clamp((q - a).dot(ab) / std::max(1e-9f, ab.squaredNorm()), 0.0f, 1.0f);
         best = std::min(best, (q - a - t * ab).norm());
-        if ((a.y() > q.y()) != (b.y() > q.y()) && q.x() < a.x() + ab.x() * (q.y() - a.y()) / ab.y()) inside = !inside;
+        if ((a.y() > q.y()) != (b.y() > q.y()) && q.x() < a.x() + ab.x() * (q.y() - a.y()) / ab.y())
+            inside = !inside;
     }
     return inside ? best : -best;
 }
@@ -65,7 +66,8 @@ Vec3 line_point(const Landmarks::Line& line, float along) {
     float left = along * total;
     for (std::size_t i = 1; i < line.size(); ++i) {
         const float length = (line[i] - line[i - 1]).norm();
-        if (left <= length) return line[i - 1] + (length > 0 ? left / length : 0.0f) * (line[i] - line[i - 1]);
+        if (left <= length)
+            return line[i - 1] + (length > 0 ? left / length : 0.0f) * (line[i] - line[i - 1]);
         left -= length;
     }
     return line.back();
@@ -73,7 +75,8 @@ Vec3 line_point(const Landmarks::Line& line, float along) {
 
 Places::Places(const Landmarks& landmarks) : marks_(landmarks) {
     for (int side = 0; side < 2; ++side)
-        assert(marks_.brow[side].size() > 1 && marks_.upper_lid[side].size() > 1 && marks_.lower_lid[side].size() > 1);
+        assert(marks_.brow[side].size() > 1 && marks_.upper_lid[side].size() > 1 &&
+               marks_.lower_lid[side].size() > 1);
     assert(marks_.upper_lip_outline.size() > 1 && marks_.lower_lip_outline.size() > 1);
     assert(marks_.upper_lip_line.size() > 1 && marks_.lower_lip_line.size() > 1);
 
@@ -110,8 +113,12 @@ float Places::across_lip(const Vec3& p) const {
     return std::clamp((p.y() - seam) / (border - seam + (lower ? -1e-3f : 1e-3f)), 0.0f, 1.0f);
 }
 
-float Places::from_upper_lid(const Vec3& p, int side) const { return line_distance(marks_.upper_lid[side], p) / scale_; }
-float Places::from_lower_lid(const Vec3& p, int side) const { return line_distance(marks_.lower_lid[side], p) / scale_; }
+float Places::from_upper_lid(const Vec3& p, int side) const {
+    return line_distance(marks_.upper_lid[side], p) / scale_;
+}
+float Places::from_lower_lid(const Vec3& p, int side) const {
+    return line_distance(marks_.lower_lid[side], p) / scale_;
+}
 
 float Places::into_eye(const Vec3& p, int side) const {
     if ((p - marks_.eye_centre[side]).norm() > 40 * scale_) return -40;
@@ -121,10 +128,13 @@ float Places::into_eye(const Vec3& p, int side) const {
 float Places::into_scalp(const Vec3& p) const {
     const Vec3 ears = (marks_.ear[0] + marks_.ear[1]) / 2;
     const Vec3 q = (p - ears) / scale_;
-    const float azimuth = std::atan2(std::abs(q.x()), q.z()) * 57.29578f;  // 0 in front, 90 at the ear, 180 behind
-    const float glabella = (marks_.glabella.y() - ears.y()) / scale_, chin = (marks_.chin.y() - ears.y()) / scale_;
+    const float azimuth =
+        std::atan2(std::abs(q.x()), q.z()) * 57.29578f;  // 0 in front, 90 at the ear, 180 behind
+    const float glabella = (marks_.glabella.y() - ears.y()) / scale_,
+                chin = (marks_.chin.y() - ears.y()) / scale_;
     const float top = glabella + 0.46f * (glabella - chin);  // the face's thirds are equal, nearly
-    // Height of the hairline over the ears' centre, by azimuth: forehead, temple, sideburn, behind the ear, nape.
+    // Height of the hairline over the ears' centre, by azimuth: forehead, temple, sideburn, behind the ear,
+    // nape.
     const std::array<std::pair<float, float>, 12> hairline{{{0, top - 1},
                                                             {18, top},
                                                             {34, top - 1},
@@ -148,11 +158,15 @@ float Places::into_scalp(const Vec3& p) const {
     // Where the line is steep, height over it is not distance from it.
     constexpr float kSpan = 9;  // degrees
     const float radius = std::max(45.0f, std::hypot(q.x(), q.z()));
-    const float slope = (height(azimuth + kSpan) - height(azimuth - kSpan)) / (2 * kSpan * radius / 57.29578f);
+    const float slope =
+        (height(azimuth + kSpan) - height(azimuth - kSpan)) / (2 * kSpan * radius / 57.29578f);
     float inside = (q.y() - height(azimuth)) / std::sqrt(1 + slope * slope);
     // No hair on the ears.
-    const Vec3 e = (p - marks_.ear[side_of(p)]) / scale_;
-    inside = std::min(inside, 24 * (std::hypot(e.y() / 36, (e.z() + 0.2f * e.y()) / 24) - 1));
+    const Vec3& ear = marks_.ear[side_of(p)];
+    const Vec3 e = (p - ear) / scale_;
+    const float inward = std::max(0.0f, std::abs(ear.x()) - std::abs(p.x())) / scale_;
+    const float off_ear = std::hypot(e.y() / 40, (e.z() + 0.15f * e.y()) / 27, inward / 13);
+    inside = std::min(inside, 24 * (off_ear - 1));
     return inside;
 }
 

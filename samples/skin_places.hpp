@@ -4,8 +4,8 @@
 
 namespace mien::samples {
 
-/// Where on a neutral head a point is, told from its landmarks; lengths in mm scaled to the head (1 = a head whose eyes
-/// are 62 mm apart).
+/// Where on a neutral head a point is, told from its landmarks; lengths in mm scaled to the head (1 = a head
+/// whose eyes are 62 mm apart).
 class Places {
 public:
     explicit Places(const Landmarks& landmarks);

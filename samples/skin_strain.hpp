@@ -6,7 +6,8 @@
 
 namespace mien::samples {
 
-/// How skin is stretched and squeezed against the neutral mesh, per vertex. Triangles of other surfaces count nothing.
+/// How skin is stretched and squeezed against the neutral mesh, per vertex. Triangles of other surfaces count
+/// nothing.
 class Strain {
 public:
     /// passes: of smoothing over neighbours, because blood spreads wider than a triangle.
@@ -25,8 +26,9 @@ private:
         float area;
     };
     std::vector<Rest> rest_;
-    std::vector<float> area_;                   // V, of the triangles around
-    std::vector<std::uint32_t> begin_, around_;  // neighbours of v: around_[begin_[v]] .. around_[begin_[v + 1]]
+    std::vector<float> area_;  // V, of the triangles around
+    std::vector<std::uint32_t> begin_,
+        around_;  // neighbours of v: around_[begin_[v]] .. around_[begin_[v + 1]]
     int passes_;
 };
 

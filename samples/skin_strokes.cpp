@@ -6,7 +6,9 @@
 namespace mien::samples {
 
 SurfaceSampler::SurfaceSampler(const Mesh& mesh, std::uint32_t surfaces)
-    : mesh_(mesh), normals_(vertex_normals(mesh.positions, mesh.triangles)), surfaces_(mesh.triangle_surfaces()) {
+    : mesh_(mesh),
+      normals_(vertex_normals(mesh.positions, mesh.triangles)),
+      surfaces_(mesh.triangle_surfaces()) {
     float sum = 0;
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
         if (!(surfaces >> int(surfaces_[t]) & 1)) continue;
@@ -22,7 +24,8 @@ SurfaceSampler::SurfaceSampler(const Mesh& mesh, std::uint32_t surfaces)
 SurfaceSampler::Place SurfaceSampler::draw(Random& random) const {
     const float at = random.uniform() * area();
     const auto found = std::lower_bound(cumulative_.begin(), cumulative_.end(), at);
-    const std::size_t i = std::min<std::size_t>(std::size_t(found - cumulative_.begin()), cumulative_.size() - 1);
+    const std::size_t i =
+        std::min<std::size_t>(std::size_t(found - cumulative_.begin()), cumulative_.size() - 1);
     const Triangle& c = mesh_.triangles[triangles_[i]];
     float u = random.uniform(), v = random.uniform();
     if (u + v > 1) {
@@ -79,7 +82,8 @@ void StrokeField::paint(const Vec3& p, const Vec3& normal, float footprint, Vec3
         if (distance > radius + edge) continue;
         // However wide the blur, the hair keeps its weight.
         const float weight = std::min(1.0f, (2 * radius + s.softness) / (radius + edge));
-        const float cover = s.opacity * weight * smooth_step(radius + edge, std::max(0.0f, radius - edge), distance);
+        const float cover =
+            s.opacity * weight * smooth_step(radius + edge, std::max(0.0f, radius - edge), distance);
         if (s.mode == Stroke::Mode::cover)
             albedo += cover * (s.tint - albedo);
         else

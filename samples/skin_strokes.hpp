@@ -29,14 +29,18 @@ private:
     std::vector<float> cumulative_;
 };
 
-/// A hair lying on the skin, or a spot (a == b): a tapered arc, drawn in 3-D so that seams of the atlas do not cut it.
+/// A hair lying on the skin, or a spot (a == b): a tapered arc, drawn in 3-D so that seams of the atlas do
+/// not cut it.
 struct Stroke {
-    Vec3 a, b, c;  ///< root, middle, tip; mm
-    Vec3 normal;   ///< of the skin below; distance along it does not count
+    Vec3 a, b, c;                                  ///< root, middle, tip; mm
+    Vec3 normal;                                   ///< of the skin below; distance along it does not count
     float radius_root = 0.2f, radius_tip = 0.05f;  ///< mm
-    Vec3 tint;      ///< linear; see mode
+    Vec3 tint;                                     ///< linear; see mode
     float opacity = 1;
-    enum class Mode : std::uint8_t { cover, absorb } mode = Mode::cover;  ///< blend to `tint`, or multiply with it
+    enum class Mode : std::uint8_t {
+        cover,
+        absorb
+    } mode = Mode::cover;   ///< blend to `tint`, or multiply with it
     float softness = 0.1f;  ///< mm over which the edge fades
 };
 
@@ -46,8 +50,8 @@ public:
     void add(const Stroke& stroke);
     std::size_t size() const { return strokes_.size(); }
 
-    /// Draws all strokes over a point of the skin, in the order they were added. footprint: mm a texel spans there;
-    /// thinner strokes get fainter instead of breaking up.
+    /// Draws all strokes over a point of the skin, in the order they were added. footprint: mm a texel spans
+    /// there; thinner strokes get fainter instead of breaking up.
     void paint(const Vec3& p, const Vec3& normal, float footprint, Vec3& albedo) const;
 
 private:
