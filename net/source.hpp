@@ -56,9 +56,12 @@ struct SourceOptions {
     std::chrono::milliseconds first_backoff{250};   ///< before the first reconnect; doubles up to last_backoff
     std::chrono::milliseconds last_backoff{8000};
     std::chrono::milliseconds connect_timeout{5000};
-    int max_reconnects = -1;                  ///< attempts in a row before it fails; -1: never gives up
-    /// Called on every change of state, from a thread of the source's own (network) or the caller's (file). Must not call
-    /// the source back, except through the player's own queue.
+    std::chrono::milliseconds ping_interval{5000};
+    std::chrono::milliseconds silence_timeout{15000};   ///< nothing comes although we ping: the connection is dead
+    int max_attempts = 4;                     ///< connections tried in a row before the first one has worked
+    int max_reconnects = -1;                  ///< and after it has; -1: never gives up
+    /// Called on every change of state, from a thread of the source's own, or from inside the call that brought the change
+    /// about (`ended` from next()). Must not call the source back.
     std::function<void(const SourceStatus&)> on_status;
 };
 

@@ -52,6 +52,8 @@ enum class MessageType : std::uint8_t {
 };
 /// "GROUP", "LIVE OBJECT"; "message 0x7f" for what has no name.
 std::string name_of(std::uint8_t type);
+/// HELLO to BYE: short messages, the only ones that a server takes.
+constexpr bool is_control(std::uint8_t type) { return type >= 0x20 && type < 0x40; }
 /// "shape", "motion basis", ...; empty for what is none.
 std::string_view name_of(BlobKind kind);
 

@@ -1,0 +1,384 @@
+#include "net/viewer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <asio/co_spawn.hpp>
+#include <asio/detached.hpp>
+#include <asio/redirect_error.hpp>
+#include <asio/use_awaitable.hpp>
+
+#include "net/off_thread.hpp"
+
+namespace mien::net {
+
+using protocol::FailureCode;
+
+namespace {
+
+constexpr std::size_t kMaxReplies = 64;     // short answers waiting; a viewer that asks on without reading is not served
+constexpr std::size_t kMaxReplyBytes = 4u << 20;
+constexpr auto kLastWords = std::chrono::seconds(2);   // to take FAILURE or BYE
+constexpr int kSendBuffer = 256 << 10;      // bytes in the kernel: what a seek has to wait for, and enough for 20 Mbit/s at 100 ms
+
+std::string address_of(const asio::ip::tcp::socket& socket) {
+    std::error_code error;
+    const auto endpoint = socket.remote_endpoint(error);
+    return error ? "a viewer that has gone" : fmt::format("{}:{}", endpoint.address().to_string(), endpoint.port());
+}
+
+Clock::duration seconds_of(double seconds) {
+    return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(std::clamp(seconds, 0.0, 3600.0)));
+}
+
+std::uint64_t clock_us() {
+    return std::uint64_t(std::chrono::duration_cast<std::chrono::microseconds>(Clock::now().time_since_epoch()).count());
+}
+
+/// A name for the log: whatever a viewer sends, a line stays a line.
+std::string printable(const std::string& text) {
+    std::string out;
+    for (const char c : text.substr(0, 80)) out += c >= 32 && c < 127 ? c : '?';
+    return out;
+}
+
+}  // namespace
+
+Viewer::Viewer(asio::ip::tcp::socket socket, ServerShared& shared, std::uint64_t number)
+    : shared_(shared), number_(number), peer_(address_of(socket)), wire_(std::move(socket)),
+      bell_(wire_.socket().get_executor()), guard_(wire_.socket().get_executor()) {
+    std::error_code ignored;
+    wire_.socket().set_option(asio::ip::tcp::no_delay(true), ignored);
+    wire_.socket().set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
+    ++shared_.viewers;
+}
+
+Viewer::~Viewer() {
+    hold(0);
+    --shared_.viewers;
+    shared_.log(fmt::format("viewer {} left: {}", number_, why_));
+}
+
+void Viewer::start() {
+    shared_.log(fmt::format("viewer {} came from {}", number_, peer_));
+    const auto run = [this](asio::awaitable<void> task) {
+        asio::co_spawn(wire_.socket().get_executor(), std::move(task), [self = shared_from_this()](std::exception_ptr failed) {
+            if (!failed) return;
+            try {
+                std::rethrow_exception(failed);
+            } catch (const std::exception& e) {
+                self->drop(e.what());
+            }
+        });
+    };
+    run(read_messages());
+    run(write_messages());
+    run(watch());
+}
+
+void Viewer::drop(const std::string& why) {
+    if (closed_) return;
+    closed_ = true;
+    why_ = why;
+    wire_.close();
+    bell_.cancel();
+    guard_.cancel();
+}
+
+void Viewer::close_with(const protocol::Message& last) {
+    if (closing_since_) return;
+    closing_since_ = Clock::now();
+    last_ = protocol::encode(last);
+    playing_ = false;
+    wanted_.clear();
+    ring();
+}
+
+void Viewer::fail(FailureCode code, const std::string& text) {
+    if (!closing_since_) why_ = text;
+    close_with(protocol::Failure{code, text});
+}
+
+void Viewer::reply(const protocol::Message& message) {
+    if (replies_.size() >= kMaxReplies || reply_bytes_ >= kMaxReplyBytes)
+        return fail(FailureCode::protocol, "too many questions without taking an answer");
+    replies_.push_back(protocol::encode(message));
+    reply_bytes_ += replies_.back().size();
+    ring();
+}
+
+void Viewer::hold(std::uint64_t bytes) {
+    shared_.queued_bytes += bytes - held_;
+    held_ = bytes;
+    std::uint64_t peak = shared_.peak_viewer_bytes;
+    while (bytes > peak && !shared_.peak_viewer_bytes.compare_exchange_weak(peak, bytes)) {
+    }
+}
+
+// ---- the viewer's messages ----
+
+asio::awaitable<void> Viewer::read_messages() {
+    while (!closing_since_) {
+        const auto raw = co_await wire_.read(protocol::kMaxControlBytes);
+        if (closed_) co_return;
+        if (!raw) {
+            if (raw.error().code == ErrorCode::unavailable) {
+                drop(raw.error().message);
+                co_return;
+            }
+            fail(FailureCode::protocol, raw.error().message);
+            break;
+        }
+        if (!co_await handle(*raw)) break;
+    }
+    // Closing with unread bytes would reset the connection and take our last words with it.
+    if (!closed_) co_await wire_.drain();
+    drop(why_);
+}
+
+asio::awaitable<bool> Viewer::handle(const RawMessage& raw) {
+    // Only what is small may be parsed at all: a few packed bytes of a BLOB could unpack to megabytes.
+    if (!protocol::is_control(raw.type)) {
+        fail(FailureCode::protocol, "a server takes no " + protocol::name_of(raw.type));
+        co_return false;
+    }
+    const auto parsed = protocol::parse_body(raw.type, raw.body);
+    if (!parsed) {
+        const bool version = parsed.error().code == ErrorCode::unsupported_version;
+        fail(version ? FailureCode::version : FailureCode::protocol, parsed.error().message);
+        co_return false;
+    }
+    const protocol::Message& message = *parsed;
+    if (!greeted_) {
+        if (!std::holds_alternative<protocol::Hello>(message)) {
+            fail(FailureCode::protocol, "HELLO must come first");
+            co_return false;
+        }
+        greeted_ = true;
+        shared_.log(fmt::format("viewer {} runs '{}'", number_, printable(std::get<protocol::Hello>(message).software)));
+        reply(protocol::Hello{protocol::kVersion, "mien-serve"});
+    } else if (const auto* ping = std::get_if<protocol::Ping>(&message)) {
+        reply(protocol::Pong{ping->token, clock_us()});
+    } else if (std::holds_alternative<protocol::ListStreams>(message)) {
+        co_await list();
+    } else if (const auto* asked = std::get_if<protocol::Open>(&message)) {
+        co_return co_await open(asked->name);
+    } else if (std::holds_alternative<protocol::Bye>(message)) {
+        drop("it said goodbye");
+        co_return false;
+    } else if (!stream_) {
+        fail(FailureCode::protocol, protocol::name_of(raw.type) + " must follow OPEN");
+        co_return false;
+    } else if (const auto* hashes = std::get_if<protocol::Want>(&message)) {
+        co_return want(hashes->hashes);
+    } else if (const auto* play = std::get_if<protocol::Play>(&message)) {
+        playing_ = true;
+        paused_ = false;
+        rate_ = play->rate / 1000.0;
+        generation_ = play->generation;
+        set_position(double(play->time_us) / 1e6);
+    } else if (!playing_) {
+        fail(FailureCode::protocol, protocol::name_of(raw.type) + " must follow PLAY");
+        co_return false;
+    } else if (const auto* seek = std::get_if<protocol::Seek>(&message)) {
+        generation_ = seek->generation;
+        set_position(double(seek->time_us) / 1e6);
+    } else if (const auto* pause = std::get_if<protocol::Pause>(&message)) {
+        base_ = position();
+        base_at_ = Clock::now();
+        paused_ = pause->paused;
+        ring();
+    } else if (const auto* rate = std::get_if<protocol::SetRate>(&message)) {
+        base_ = position();
+        base_at_ = Clock::now();
+        rate_ = rate->rate / 1000.0;
+        ring();
+    } else if (const auto* select = std::get_if<protocol::Select>(&message)) {
+        slots_ = select->slots;
+        ring();
+    } else {
+        fail(FailureCode::protocol, "a server takes no " + protocol::name_of(raw.type));
+        co_return false;
+    }
+    co_return !closing_since_;
+}
+
+asio::awaitable<void> Viewer::list() {
+    Library* library = &shared_.library;
+    Library::Listing listing = co_await off_thread(shared_.files, [library] { return library->list(); });
+    reply(protocol::StreamList{std::move(listing.streams)});
+}
+
+asio::awaitable<bool> Viewer::open(const std::string& name) {
+    Library* library = &shared_.library;
+    auto opened = co_await off_thread(shared_.files, [library, name] { return library->open(name); });
+    if (!opened) {
+        fail(opened.error().code == ErrorCode::missing ? FailureCode::no_such_stream : FailureCode::damaged, opened.error().message);
+        co_return false;
+    }
+    stream_ = *opened;
+    playing_ = announce_ = ended_ = false;
+    slots_ = ~std::uint64_t(0);
+    wanted_.clear();
+    shared_.log(fmt::format("viewer {} opened '{}'", number_, printable(name)));
+    reply(stream_->header());
+    reply(stream_->catalogue());
+    co_return true;
+}
+
+bool Viewer::want(const std::vector<Hash>& hashes) {
+    const auto& blobs = stream_->catalogue().blobs;
+    for (const Hash& hash : hashes) {
+        if (std::ranges::find(blobs, hash, &protocol::BlobInfo::hash) == blobs.end()) {
+            fail(FailureCode::no_such_blob, fmt::format("the stream has no static blob {}", hash.hex().substr(0, 8)));
+            return false;
+        }
+    }
+    if (wanted_.size() + hashes.size() > blobs.size()) {
+        fail(FailureCode::protocol, "WANT asks for a static blob that is already on its way");
+        return false;
+    }
+    wanted_.insert(wanted_.end(), hashes.begin(), hashes.end());
+    ring();
+    return true;
+}
+
+double Viewer::position() const {
+    if (paused_ || rate_ == 0) return base_;
+    return base_ + rate_ * std::chrono::duration<double>(Clock::now() - base_at_).count();
+}
+
+void Viewer::set_position(double seconds) {
+    base_ = seconds;
+    base_at_ = Clock::now();
+    entry_ = stream_->first_entry(stream_->group_at(seconds));
+    announce_ = true;
+    ended_ = false;
+    ring();
+}
+
+// ---- what the viewer gets ----
+
+asio::awaitable<void> Viewer::write_messages() {
+    for (;;) {
+        bool going = true;
+        if (!replies_.empty()) {
+            const Bytes message = std::move(replies_.front());
+            replies_.pop_front();
+            reply_bytes_ -= message.size();
+            going = co_await send(message);
+        } else if (last_) {
+            const Bytes message = *std::exchange(last_, {});
+            if (co_await send(message)) wire_.finish_sending();  // the reader closes when the viewer has
+            co_return;
+        } else if (!wanted_.empty()) {
+            const Hash hash = wanted_.front();
+            wanted_.pop_front();
+            going = co_await send_blob(hash);
+        } else if (playing_) {
+            going = co_await play_on();
+        } else {
+            co_await wait({});
+        }
+        if (!going || closed_) co_return;
+    }
+}
+
+asio::awaitable<bool> Viewer::send(ByteView message) {
+    hold(message.size() + reply_bytes_);
+    const auto sent = co_await wire_.write(message);
+    hold(0);
+    if (!sent) {
+        drop(sent.error().message);
+        co_return false;
+    }
+    shared_.bytes_sent += message.size();
+    co_return true;
+}
+
+asio::awaitable<bool> Viewer::send_blob(Hash hash) {
+    const auto stream = stream_;
+    const auto message = co_await off_thread(shared_.files, [stream, hash] { return stream->blob_message(hash); });
+    if (closed_) co_return false;
+    if (!message) {
+        fail(FailureCode::damaged, message.error().message);
+        co_return true;
+    }
+    ++shared_.blobs_sent;
+    co_return co_await send(*message);
+}
+
+asio::awaitable<bool> Viewer::play_on() {
+    const auto stream = stream_;
+    const auto& index = stream->index();
+    if (announce_) {
+        announce_ = false;
+        const std::uint32_t group = entry_ < index.size() ? index[entry_].group : 0;
+        const Bytes message = protocol::encode(protocol::Playing{generation_, group});
+        co_return co_await send(message);
+    }
+    while (entry_ < index.size() && !(slots_ >> index[entry_].slot & 1)) ++entry_;
+    if (entry_ == index.size()) {
+        if (std::exchange(ended_, true)) {
+            co_await wait({});
+            co_return true;
+        }
+        const Bytes message = protocol::encode(protocol::End{stream->header().frames});
+        co_return co_await send(message);
+    }
+    const protocol::IndexEntry entry = index[entry_];
+    if (paused_ || rate_ > 0) {
+        const double early = stream->start_of(entry) - shared_.options.ahead - position();
+        if (early > 0 || (paused_ && rate_ == 0)) {
+            std::optional<Clock::duration> longest;
+            if (!paused_) longest = seconds_of(early / rate_);
+            co_await wait(longest);
+            co_return true;
+        }
+    }
+    ++entry_;
+    const auto message = co_await off_thread(shared_.files, [stream, entry] { return stream->group_message(entry); });
+    if (closed_) co_return false;
+    if (announce_ || stream_ != stream) co_return true;  // a seek came while the disk was read
+    if (!message) {
+        shared_.log(fmt::format("viewer {} misses something: {}", number_, message.error().message));
+        co_return true;
+    }
+    ++shared_.groups_sent;
+    co_return co_await send(*message);
+}
+
+asio::awaitable<void> Viewer::wait(std::optional<Clock::duration> longest) {
+    if (longest)
+        bell_.expires_after(*longest);
+    else
+        bell_.expires_at(Clock::time_point::max());
+    std::error_code rung;
+    co_await bell_.async_wait(asio::redirect_error(asio::use_awaitable, rung));
+}
+
+// ---- time-outs ----
+
+asio::awaitable<void> Viewer::watch() {
+    const ServerOptions& options = shared_.options;
+    const auto shortest = std::min({options.handshake_timeout, options.idle_timeout, options.stall_timeout});
+    const auto step = std::clamp(shortest / 4, std::chrono::milliseconds(5), std::chrono::milliseconds(500));
+    while (!closed_) {
+        std::error_code ignored;
+        guard_.expires_after(step);
+        co_await guard_.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
+        if (closed_) co_return;
+        const auto now = Clock::now();
+        if (closing_since_) {
+            if (now - *closing_since_ > kLastWords) drop(why_);
+        } else if (!greeted_ && now - since_ > options.handshake_timeout) {
+            fail(FailureCode::timeout, "HELLO did not come in time");
+        } else if (now - wire_.last_heard() > options.idle_timeout) {
+            drop("nothing was heard of it for too long");
+        } else if (wire_.stalled() > options.stall_timeout) {
+            drop("it stopped taking what it asked for");
+        }
+    }
+}
+
+}  // namespace mien::net
