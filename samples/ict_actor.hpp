@@ -12,8 +12,8 @@ namespace mien::samples {
 
 /// The scan-derived head of ICT-FaceKit (https://github.com/ICT-VGL/ICT-FaceKit), posed by linear blendshapes. Its 26 719
 /// vertices keep their order; triangles are grouped by part; the texture tiles of its materials are packed into one atlas.
-/// The two sheets that only darken the eyes in a special shader (EyeBlend, EyeOcclusion) keep their vertices but are not
-/// drawn. Eyeballs are turned by gaze, not by the EyeLook shapes, which move the lids alone.
+/// Sheets that need pictures or shaders the kit does not bring (EyeBlend, EyeOcclusion, EyeLashes) keep their vertices but
+/// are not drawn. Eyeballs are turned by gaze, not by the EyeLook shapes, which move the lids alone.
 class IctActor : public Actor {
 public:
     const Mesh& neutral() const override { return neutral_; }

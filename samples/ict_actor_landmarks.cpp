@@ -209,9 +209,9 @@ Landmarks find_landmarks(const Mesh& neutral) {
     found.chin = extreme(fold.y() - 30, fold.y(), true);
     for (int side : {0, 1}) {
         const float out = side == 0 ? -1.f : 1.f;
-        const float spread = 0.028f * std::abs(found.nose_tip.y() - mouth_y) + 5.4f;
-        // The opening is on the underside: the face vertex nearest to a point below the wing.
-        const Vec3 wanted(out * spread, below_nose.y() + 3.5f, below_nose.z() - 1.5f);
+        const float spread = 0.25f * std::abs(found.nose_tip.y() - mouth_y);
+        // The opening is on the underside, above the root of the upper lip.
+        const Vec3 wanted(out * spread, below_nose.y() + 8, below_nose.z() + 1);
         std::uint32_t nearest = 0;
         for (std::uint32_t v = 0; v < kFaceEnd; ++v)
             if ((at(neutral, v) - wanted).squaredNorm() < (at(neutral, nearest) - wanted).squaredNorm()) nearest = v;

@@ -33,7 +33,6 @@ constexpr PartRule kParts[] = {
     {"sclera_right", Surface::eye, {0, 0, .25f}},
     {"iris_right", Surface::eye, {.625f, 0, .125f}},
     {"lacrimal_fluid", Surface::cornea, {.5f, .125f, .125f}},
-    {"lashes", Surface::lashes, {.75f, 0, .25f}},
 };
 
 /// Index into kParts, or -1 for a sheet that is not drawn. `material`: of the file.
@@ -45,7 +44,7 @@ int part_of(const std::string& material, const Triangle& triangle) {
     static const std::map<std::string, int> by_material = {
         {"M_Face", rule("face")},           {"M_GumsTongue", rule("gums_tongue")},   {"M_Teeth", rule("teeth")},
         {"M_ScleraLeft", rule("sclera_left")}, {"M_IrisLeft", rule("iris_left")},    {"M_ScleraRight", rule("sclera_right")},
-        {"M_IrisRight", rule("iris_right")}, {"M_LacrimalFluid", rule("lacrimal_fluid")}, {"M_EyeLashes", rule("lashes")},
+        {"M_IrisRight", rule("iris_right")}, {"M_LacrimalFluid", rule("lacrimal_fluid")},
     };
     if (material == "M_BackHead") {
         const std::uint32_t last = *std::max_element(triangle.begin(), triangle.end());

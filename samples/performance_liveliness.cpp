@@ -126,7 +126,8 @@ void Liveliness::add_head(double time, Instant& instant) const {
                                     Eigen::AngleAxisf(float(-pitch * kDegree), Vec3::UnitX()) *
                                     Eigen::AngleAxisf(float(roll * kDegree), Vec3::UnitZ());
     const Vec3 shift(1.6f * sway_(time), float(0.9 * rise_(time) + 0.6 * breath), float(0.9 * rise_(time + 11)));
-    const RigidPose lively{turn, kNeck - turn * kNeck + shift};
+    RigidPose lively = turned_on_neck(turn);
+    lively.translation += shift;
     instant.head = {(lively.rotation * instant.head.rotation).normalized(), lively.apply(instant.head.translation)};
 }
 
@@ -194,18 +195,43 @@ void Liveliness::add_face(double time, Instant& instant) const {
     w[close] = std::min(w[close], w[jaw]);
 }
 
+namespace {
+
+constexpr float kPerRadian = 1.65f;  // as ARKit relates the EyeLook weights to its eye angles
+
+struct LookIndices {
+    std::size_t down[2] = {index("EyeLookDownRight"), index("EyeLookDownLeft")};
+    std::size_t up[2] = {index("EyeLookUpRight"), index("EyeLookUpLeft")};
+    std::size_t toward_left[2] = {index("EyeLookInRight"), index("EyeLookOutLeft")};
+    std::size_t toward_right[2] = {index("EyeLookOutRight"), index("EyeLookInLeft")};
+};
+const LookIndices& look_indices() {
+    static const LookIndices indices;
+    return indices;
+}
+
+}  // namespace
+
 void look(const Gaze& gaze, std::array<float, kArkitCount>& weights) {
-    static const std::size_t down[2] = {index("EyeLookDownRight"), index("EyeLookDownLeft")};
-    static const std::size_t up[2] = {index("EyeLookUpRight"), index("EyeLookUpLeft")};
-    static const std::size_t toward_left[2] = {index("EyeLookInRight"), index("EyeLookOutLeft")};
-    static const std::size_t toward_right[2] = {index("EyeLookOutRight"), index("EyeLookInLeft")};
-    constexpr float kPerRadian = 1.65f;  // as ARKit relates the weights to its eye angles
+    const LookIndices& at = look_indices();
     for (int side : {0, 1}) {
-        weights[down[side]] = std::clamp(-kPerRadian * gaze.pitch[side], 0.f, 1.f);
-        weights[up[side]] = std::clamp(kPerRadian * gaze.pitch[side], 0.f, 1.f);
-        weights[toward_left[side]] = std::clamp(kPerRadian * gaze.yaw[side], 0.f, 1.f);
-        weights[toward_right[side]] = std::clamp(-kPerRadian * gaze.yaw[side], 0.f, 1.f);
+        weights[at.down[side]] = std::clamp(-kPerRadian * gaze.pitch[side], 0.f, 1.f);
+        weights[at.up[side]] = std::clamp(kPerRadian * gaze.pitch[side], 0.f, 1.f);
+        weights[at.toward_left[side]] = std::clamp(kPerRadian * gaze.yaw[side], 0.f, 1.f);
+        weights[at.toward_right[side]] = std::clamp(-kPerRadian * gaze.yaw[side], 0.f, 1.f);
     }
 }
+
+Gaze gaze_of(const std::array<float, kArkitCount>& weights) {
+    const LookIndices& at = look_indices();
+    Gaze gaze;
+    for (int side : {0, 1}) {
+        gaze.pitch[side] = (weights[at.up[side]] - weights[at.down[side]]) / kPerRadian;
+        gaze.yaw[side] = (weights[at.toward_left[side]] - weights[at.toward_right[side]]) / kPerRadian;
+    }
+    return gaze;
+}
+
+RigidPose turned_on_neck(const Eigen::Quaternionf& rotation) { return {rotation, kNeck - rotation * kNeck}; }
 
 }  // namespace mien::samples

@@ -69,5 +69,10 @@ private:
 
 /// Sets the EyeLook weights that go with a gaze, so that the lids follow the eyes.
 void look(const Gaze& gaze, std::array<float, kArkitCount>& weights);
+/// The gaze that EyeLook weights stand for.
+Gaze gaze_of(const std::array<float, kArkitCount>& weights);
+
+/// The pose of a head turned about the top of its neck.
+RigidPose turned_on_neck(const Eigen::Quaternionf& rotation);
 
 }  // namespace mien::samples

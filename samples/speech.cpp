@@ -14,7 +14,7 @@ namespace mien::samples {
 
 const char* const kDefaultText =
     "Hello! What you see is a face made of numbers. Every word, every blink, and even my smile, "
-    "travels in a very small stream. Move around me. Isn't that beautiful?";
+    "travels in a very small stream. Isn't that beautiful?";
 
 #ifndef MIEN_HAVE_ESPEAK
 
@@ -117,6 +117,9 @@ Utterance make_utterance(const Recording& heard, int rate) {
     if (!said.phonemes.empty() && said.phonemes.front().start > 0)
         said.phonemes.insert(said.phonemes.begin(), {"", 0, said.phonemes.front().start});
     for (std::size_t i = 0; i + 1 < said.phonemes.size(); ++i) said.phonemes[i].end = said.phonemes[i + 1].start;
+    // The library tells of a word twice when a pause comes before it.
+    const auto again = [](const Word& a, const Word& b) { return b.start - a.start < 1e-6; };
+    said.words.erase(std::unique(said.words.begin(), said.words.end(), again), said.words.end());
     for (std::size_t i = 0; i < said.words.size(); ++i) {
         Word& word = said.words[i];
         if (i + 1 < said.words.size()) word.end = said.words[i + 1].start;

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <utility>
+
+#include "core/result.hpp"
+#include "samples/performance.hpp"
+
+namespace mien::samples {
+
+/// Frames [first, end) of a take.
+using FrameRange = std::pair<std::int64_t, std::int64_t>;
+
+/// A Live Link Face CSV as a performance at the take's own rate; frames that the recording dropped are filled in by
+/// interpolation, so that time stays true. ARKit's angles (radians, about +y, +x, +z, outermost first) turn the head about
+/// the top of the neck, yaw > 0 to the actor's left, pitch > 0 down; they and the eyes' become RigidPose and Gaze (pitch > 0
+/// up). A take without eye angles looks where its EyeLook weights say. `sound`: a file that began with the take.
+/// Errors: those of the files; missing when not one ARKit weight is there; invalid for a range outside the take.
+Result<Performance> perform_take(const std::filesystem::path& csv, const std::optional<std::filesystem::path>& sound = {},
+                                 const std::optional<FrameRange>& range = {});
+
+}  // namespace mien::samples

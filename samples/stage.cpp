@@ -1,0 +1,170 @@
+#include "samples/stage.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/environment_error.hpp"
+#include "core/parallel.hpp"
+#include "io/clip_folder.hpp"
+#include "io/sound_file.hpp"
+#include "media/lossless_video.hpp"
+#include "samples/ict_actor.hpp"
+#include "samples/procedural_actor.hpp"
+#include "samples/skin.hpp"
+#include "samples/speech.hpp"
+#include "samples/stage_texture.hpp"
+
+namespace mien::samples {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::int64_t kMaxFrames = 200'000;  // two hours at 25 Hz
+
+Result<void> check(const StageOptions& options) {
+    const auto wrong = [](std::string why) { return Error{ErrorCode::invalid, std::move(why)}; };
+    if (int(options.say.has_value()) + int(options.weights.has_value()) + int(options.expressions) > 1)
+        return wrong("--say, --weights and --expressions exclude one another");
+    if (options.say && options.sound) return wrong("--sound goes with --weights or --expressions: speech brings its own");
+    if (options.frames && !options.weights) return wrong("--frames cuts a take, so it needs --weights");
+    if (!options.identity.empty() && !options.actor.starts_with("ict:")) return wrong("--identity is for --actor ict:DIR");
+    if (options.seconds && !(*options.seconds > 0 && *options.seconds <= 7200)) return wrong("--seconds must be above 0 and at most 7200");
+    if (options.fps && !(options.fps->value() >= 1 && options.fps->value() <= 240)) return wrong("--fps must be from 1 to 240");
+    if (options.markers < 0 || options.markers > 20'000) return wrong("--markers must be from 0 to 20000");
+    if (!(options.noise >= 0 && options.noise <= 100)) return wrong("--noise must be from 0 to 100 mm");
+    if (!(options.missing >= 0 && options.missing <= 0.9)) return wrong("--missing must be from 0 to 0.9");
+    if (options.texture_size != 0 && (options.texture_size < 16 || options.texture_size > 8192))
+        return wrong("--texture-size must be 0 or from 16 to 8192");
+    return {};
+}
+
+/// A file beside the clip that is gone when work ends.
+class ScratchFile {
+public:
+    explicit ScratchFile(fs::path path) : path_(std::move(path)) {}
+    ScratchFile(const ScratchFile&) = delete;
+    ScratchFile& operator=(const ScratchFile&) = delete;
+    ~ScratchFile() {
+        std::error_code ignored;
+        fs::remove(path_, ignored);
+    }
+    const fs::path& path() const { return path_; }
+
+private:
+    fs::path path_;
+};
+
+/// Vertices and clean markers of every frame, head pose applied.
+void act(const Performance& performance, const Actor& actor, Clip& clip, const Progress& progress) {
+    const std::int64_t F = performance.frames(), M = std::int64_t(clip.marker_sites.size());
+    clip.vertices.emplace(F, actor.neutral().vertex_count());
+    if (M > 0) clip.markers.emplace(F, M);
+    constexpr std::int64_t kAtOnce = 32;
+    for (std::int64_t first = 0; first < F; first += kAtOnce) {
+        const std::int64_t count = std::min(kAtOnce, F - first);
+        parallel_for(count, [&](std::int64_t i) {
+            const Instant& instant = performance.instants[std::size_t(first + i)];
+            Points points = actor.deform(instant);
+            apply_pose(instant.head, points);
+            clip.vertices->frame(first + i) = points;
+            for (std::int64_t m = 0; m < M; ++m)
+                clip.markers->frame(first + i).row(m) = clip.marker_sites[std::size_t(m)].position(points).transpose();
+        });
+        if (progress) progress("acting", first + count, F);
+    }
+}
+
+Result<void> film(StageTexture& texture, const fs::path& path, Rational frame_rate, const Progress& progress) {
+    MIEN_TRY(video, media::LosslessVideoWriter::open(path, texture.width(), texture.height(), frame_rate));
+    for (std::int64_t f = 0; f < texture.frames(); ++f) {
+        MIEN_TRY(picture, texture.read(f));
+        MIEN_CHECK(video.write(picture));
+        if (progress) progress("painting the texture", f + 1, texture.frames());
+    }
+    return video.finish();
+}
+
+}  // namespace
+
+Result<Performance> make_performance(const StageOptions& options) {
+    MIEN_CHECK(check(options));
+    const Rational rate = options.fps.value_or(Rational{30, 1});
+    const double seconds = options.seconds.value_or(0);
+    if (options.weights) {
+        MIEN_TRY(take, perform_take(*options.weights, options.sound, options.frames));
+        Performance performance = options.fps ? resample(take, *options.fps) : std::move(take);
+        if (options.seconds) performance = fit_length(std::move(performance), seconds);
+        return performance;
+    }
+    if (options.expressions || (!options.say && !can_speak())) {
+        Performance performance = perform_expressions(rate, seconds, options.seed);
+        if (options.sound) {
+            MIEN_TRY(sound, io::read_sound(*options.sound));
+            performance.sound = std::move(sound);
+        }
+        return performance;
+    }
+    MIEN_TRY(utterance, speak(options.say.value_or(kDefaultText), options.voice));
+    return perform_speech(utterance, rate, seconds, options.seed);
+}
+
+Result<std::unique_ptr<Actor>> make_actor(const StageOptions& options) {
+    if (options.actor == "procedural") return make_procedural_actor(options.seed);
+    if (!options.actor.starts_with("ict:"))
+        return Error{ErrorCode::invalid, fmt::format("there is no actor '{}'; use procedural or ict:DIR", options.actor)};
+    MIEN_TRY(actor, make_ict_actor(options.actor.substr(4),
+                                   options.identity.empty() ? ict_identity(options.seed) : options.identity));
+    return std::unique_ptr<Actor>(std::move(actor));
+}
+
+Result<void> stage(const StageOptions& options, const fs::path& output, const Progress& progress) {
+    MIEN_CHECK(check(options));
+    // Said before the work, not after it.
+    std::error_code error;
+    if (!options.force && fs::exists(output, error) && !(fs::is_directory(output, error) && fs::is_empty(output, error)))
+        throw EnvironmentError(fmt::format("{} is there already: choose another folder, or replace it with --force", output.string()));
+    if (progress) progress("preparing", 0, 0);
+    MIEN_TRY(performance, make_performance(options));
+    if (performance.frames() > kMaxFrames)
+        return Error{ErrorCode::limit_exceeded, fmt::format("{} frames are more than the stage makes at once; use --seconds or --frames", performance.frames())};
+    MIEN_TRY(actor, make_actor(options));
+
+    Clip clip;
+    clip.name = output.filename().string();
+    clip.frame_rate = performance.frame_rate;
+    clip.neutral = actor->neutral();
+    clip.rigid = actor->rigid_vertices();
+    clip.marker_sites = place_markers(*actor, options.markers, options.seed);
+    act(performance, *actor, clip, progress);
+    if (clip.markers) add_faults(*clip.markers, {options.noise, options.missing}, clip.frame_rate, options.seed);
+    clip.weights.emplace(performance.frames(), kArkitCount);
+    clip.weights->names.assign(kArkitNames.begin(), kArkitNames.end());
+    for (std::int64_t f = 0; f < performance.frames(); ++f) {
+        const Instant& instant = performance.instants[std::size_t(f)];
+        std::copy(instant.weights.begin(), instant.weights.end(), clip.weights->frame(f));
+        clip.head_pose.push_back(instant.head);
+        clip.gaze.push_back(instant.gaze);
+    }
+    if (const auto* ict = dynamic_cast<const IctActor*>(actor.get())) clip.blendshapes = ict->blendshapes();
+    clip.sound = performance.sound;
+
+    io::WriteOptions write{options.force, std::nullopt, progress};
+    const fs::path parent = fs::absolute(output).parent_path();
+    fs::create_directories(parent, error);
+    if (error) throw EnvironmentError(fmt::format("cannot make the folder {}: {}", parent.string(), error.message()));
+    const ScratchFile video(parent / fmt::format(".{}.texture-{}.mkv", clip.name, getpid()));
+    if (options.texture_size > 0) {
+        if (progress) progress("painting the skin", 0, 0);
+        const Skin skin(*actor, options.texture_size, options.seed);
+        clip.mask = skin.mask();
+        StageTexture texture(*actor, skin, performance.instants);
+        MIEN_CHECK(film(texture, video.path(), clip.frame_rate, progress));
+        write.texture_video = video.path();
+    }
+    return io::write_clip(output, clip, write);
+}
+
+}  // namespace mien::samples

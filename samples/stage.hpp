@@ -1,0 +1,65 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/progress.hpp"
+#include "core/result.hpp"
+#include "samples/live_take.hpp"
+#include "samples/markers.hpp"
+#include "samples/performance.hpp"
+
+namespace mien::samples {
+
+/// What `mien stage` makes; every member is one of its options.
+struct StageOptions {
+    /// --actor: "procedural", or "ict:DIR" for the ICT-FaceKit head in folder DIR.
+    std::string actor = "procedural";
+    /// --identity: weights of the ICT head's identity modes from the first on; empty: those of the seed.
+    std::vector<float> identity;
+    /// --say: text to speak. Neither text, weights nor expressions given: kDefaultText, or the range of motion
+    /// where the build cannot speak.
+    std::optional<std::string> say;
+    /// --voice: a voice or language of libespeak-ng.
+    std::string voice = "en-gb";
+    /// --weights: a Live Link Face CSV that drives the actor.
+    std::optional<std::filesystem::path> weights;
+    /// --sound: the sound of that take, or of an otherwise silent performance.
+    std::optional<std::filesystem::path> sound;
+    /// --expressions: a silent range of motion instead of speech.
+    bool expressions = false;
+    /// --seconds: repeats, pads or cuts the performance to so many seconds.
+    std::optional<double> seconds;
+    /// --frames A:B: frames A to B - 1 of the take alone.
+    std::optional<FrameRange> frames;
+    /// --fps: frames per second, exact ("30000/1001"); default 30, or the take's own.
+    std::optional<Rational> fps;
+    /// --markers: how many; 0 for none.
+    int markers = kMarkerCount;
+    /// --noise: standard deviation of marker noise in each coordinate, mm.
+    double noise = 0;
+    /// --missing: share of marker samples that are lost, 0 .. 0.9.
+    double missing = 0;
+    /// --texture-size: side of the texture video in texels; 0 for no texture.
+    int texture_size = 1024;
+    /// --seed: of everything that is drawn by lot.
+    std::uint64_t seed = 0;
+    /// --force: replace a clip that is there already.
+    bool force = false;
+};
+
+/// The performance the options ask for.
+Result<Performance> make_performance(const StageOptions& options);
+/// The actor the options ask for.
+Result<std::unique_ptr<Actor>> make_actor(const StageOptions& options);
+
+/// Makes a sample performance with known truth and writes it as a clip folder (docs/clip.md): neutral mesh, vertices with the
+/// head's motion, markers with noise and gaps and their exact sites, the ARKit weights (with their targets for the ICT head;
+/// the procedural head is not linear), rigid vertices, head pose, gaze, texture video and sound. Errors: options that make no
+/// sense, by name; those of the files. Throws EnvironmentError where the folder cannot be written, or has something in it
+/// and `force` is not set.
+Result<void> stage(const StageOptions& options, const std::filesystem::path& output, const Progress& progress = {});
+
+}  // namespace mien::samples
