@@ -20,6 +20,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::uint32_t kGlbMagic = 0x46546c67, kJsonChunk = 0x4e4f534a, kBinaryChunk = 0x004e4942;
+constexpr std::uint64_t kMaxGltfValues = 1 << 28;  // 400 morph targets of 200 000 vertices
 
 Error damaged(std::string what) { return {ErrorCode::damaged, std::move(what)}; }
 
@@ -117,6 +118,9 @@ public:
         if (result.width == 0 || size == 0) return damaged("a glTF accessor's type is unknown");
         if (count > std::uint64_t(kMaxTriangles) * 3) return Error{ErrorCode::limit_exceeded, "a glTF accessor is too large"};
         result.count = std::int64_t(count);
+        // Accessors may share bytes or have none at all, so the file's size alone bounds nothing.
+        values_read_ += count * std::uint64_t(result.width);
+        if (values_read_ > kMaxGltfValues) return Error{ErrorCode::limit_exceeded, "the glTF's accessors are too large together"};
         const bool normalized = accessor->value("normalized", Json(false)) == true;
         const std::uint64_t packed = size * std::uint64_t(result.width);
         if (accessor->contains("bufferView")) {
@@ -224,6 +228,7 @@ private:
     Json json_;
     ByteView binary_;
     std::deque<Bytes> owned_;
+    mutable std::uint64_t values_read_ = 0;
     std::vector<ByteView> buffers_;
 };
 
@@ -270,6 +275,7 @@ public:
         } else {
             file.mesh.texcoord_triangles = file.mesh.triangles;
         }
+        if (shapes_.size() * xyz_.size() > kMaxGltfValues) return Error{ErrorCode::limit_exceeded, "the morph targets are too large together"};
         for (auto& [name, offsets] : shapes_) {
             offsets.resize(xyz_.size());
             file.blendshapes.push_back({name, Eigen::Map<const Points>(offsets.data(), Eigen::Index(offsets.size() / 3), 3)});

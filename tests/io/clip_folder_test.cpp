@@ -1,0 +1,364 @@
+#include "io/clip_folder.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "core/environment_error.hpp"
+#include "io/clip_check.hpp"
+#include "io/file.hpp"
+#include "io/image_file.hpp"
+#include "io/npy.hpp"
+#include "io/obj.hpp"
+#include "io/sound_file.hpp"
+#include "io/texture_file.hpp"
+#include "tests/io/temporary_folder.hpp"
+
+namespace mien::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A tetrahedron the size of a head.
+Mesh small_head() {
+    Mesh mesh;
+    mesh.positions.resize(4, 3);
+    mesh.positions << 0, 0, 0, 200, 0, 0, 0, 250, 0, 0, 0, 200;
+    mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+    mesh.texcoords = {{0, 0}, {1, 0}, {0, 1}, {1, 1}};
+    mesh.texcoord_triangles = mesh.triangles;
+    return mesh;
+}
+
+/// Everything a clip can have, 3 frames.
+Clip full_clip() {
+    Clip clip;
+    clip.frame_rate = {30000, 1001};
+    clip.unit = Unit::cm;
+    clip.neutral = small_head();
+    clip.vertices.emplace(3, 4);
+    clip.markers.emplace(3, 2);
+    clip.weights.emplace(3, 2);
+    clip.weights->names = {"JawOpen", "Smile"};
+    for (int f = 0; f < 3; ++f) {
+        clip.vertices->frame(f) = clip.neutral->positions.array() + float(f);
+        clip.markers->frame(f) << 1, 2, float(f), 4, 5, 6;
+        clip.weights->frame(f)[0] = 0.25f * float(f);
+        clip.head_pose.push_back({Eigen::Quaternionf(Eigen::AngleAxisf(0.1f * float(f), Vec3::UnitY())), Vec3(float(f), 2, 3)});
+        clip.gaze.push_back({{0.1f, 0.2f}, {0.3f, 0.1f * float(f)}});
+    }
+    clip.markers->frame(1).row(0).setConstant(std::numeric_limits<float>::quiet_NaN());
+    clip.marker_sites = {Site::at_vertex(2), {{3, 0, 1}, {0.5f, 0.25f, 0.25f}}};
+    clip.blendshapes = {{"JawOpen", Points::Constant(4, 3, 1)}, {"Smile", Points::Constant(4, 3, -2)}};
+    clip.rigid = {0, 3};
+    std::vector<Image> frames(3, Image(5, 3, 3));
+    for (int f = 0; f < 3; ++f) frames[std::size_t(f)].pixels.assign(45, std::uint8_t(50 * f));
+    clip.texture = texture_of(std::move(frames));
+    clip.mask = Image(5, 3, 1);
+    clip.mask->pixels.assign(15, 255);
+    clip.sound.emplace();
+    clip.sound->samples.assign(4805, 0.5f);
+    return clip;
+}
+
+void expect_message(const fs::path& path, std::initializer_list<const char*> words) {
+    const auto loaded = load_clip(path);
+    ASSERT_FALSE(loaded) << "loaded what should have been refused for " << *words.begin();
+    for (const char* word : words) EXPECT_NE(loaded.error().message.find(word), std::string::npos) << loaded.error().message;
+}
+
+bool warns(const LoadedClip& loaded, const char* word) {
+    for (const std::string& warning : loaded.warnings)
+        if (warning.find(word) != std::string::npos) return true;
+    return false;
+}
+
+TEST(ClipFolder, ComesBackAsItWasWritten) {
+    const TemporaryFolder folder;
+    const Clip clip = full_clip();
+    ASSERT_TRUE(write_clip(folder / "take", clip));
+    const auto loaded = load_clip(folder / "take");
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    for (const std::string& warning : loaded->warnings) ADD_FAILURE() << warning;
+    const Clip& back = loaded->clip;
+    EXPECT_EQ(back.name, "take");
+    EXPECT_EQ(back.frame_rate, clip.frame_rate);
+    EXPECT_EQ(back.unit, Unit::cm);
+    EXPECT_TRUE(back.neutral->positions.isApprox(clip.neutral->positions, 1e-6f));
+    EXPECT_EQ(back.neutral->triangles, clip.neutral->triangles);
+    for (int f = 0; f < 3; ++f) {
+        EXPECT_TRUE(back.vertices->frame(f).isApprox(clip.vertices->frame(f), 1e-6f));
+        EXPECT_TRUE(back.head_pose[std::size_t(f)].rotation.isApprox(clip.head_pose[std::size_t(f)].rotation, 1e-6f));
+        EXPECT_TRUE(back.head_pose[std::size_t(f)].translation.isApprox(clip.head_pose[std::size_t(f)].translation, 1e-6f));
+        EXPECT_EQ(back.gaze[std::size_t(f)].yaw[1], 0.2f);
+        EXPECT_EQ(back.gaze[std::size_t(f)].pitch[1], clip.gaze[std::size_t(f)].pitch[1]);
+        EXPECT_EQ(back.texture->read(f)->pixels, clip.texture->read(f)->pixels);
+    }
+    EXPECT_TRUE(back.markers->frame(1).row(0).array().isNaN().all());
+    EXPECT_NEAR(back.markers->frame(2)(0, 2), 2, 1e-6);
+    EXPECT_EQ(back.weights->values, clip.weights->values);
+    EXPECT_EQ(back.weights->names, clip.weights->names);
+    ASSERT_EQ(back.marker_sites.size(), 2u);
+    for (std::size_t i = 0; i < 2; ++i)
+        EXPECT_TRUE(back.marker_sites[i].position(clip.neutral->positions).isApprox(clip.marker_sites[i].position(clip.neutral->positions), 1e-5f));
+    ASSERT_EQ(back.blendshapes.size(), 2u);
+    EXPECT_EQ(back.blendshapes[1].name, "Smile");
+    EXPECT_TRUE(back.blendshapes[1].offsets.isApprox(clip.blendshapes[1].offsets, 1e-6f));
+    EXPECT_EQ(back.rigid, clip.rigid);
+    EXPECT_EQ(back.mask->pixels, clip.mask->pixels);
+    EXPECT_EQ(back.sound->length(), 4805);
+    EXPECT_NEAR(back.sound->samples[7], 0.5f, 1e-4f);
+
+    const ClipReport report = check_clip(folder / "take");
+    EXPECT_TRUE(report.good()) << report.text();
+    EXPECT_EQ(report.frames, 3);
+    EXPECT_NEAR(report.markers_present, 5.0 / 6, 1e-9);
+    EXPECT_NE(report.json().find("\"fps\": \"30000/1001\""), std::string::npos);
+}
+
+TEST(ClipFolder, IsNeverOverwrittenUnasked) {
+    const TemporaryFolder folder;
+    Clip clip = full_clip();
+    ASSERT_TRUE(write_clip(folder / "take", clip));
+    write_file(folder / "take" / "notes.txt", "mine");
+    EXPECT_THROW((void)write_clip(folder / "take", clip), EnvironmentError);
+    clip.frame_rate = {60, 1};
+    clip.sound.reset();
+    ASSERT_TRUE(write_clip(folder / "take", clip, {.overwrite = true}));
+    EXPECT_EQ(load_clip(folder / "take")->clip.frame_rate, (Rational{60, 1}));
+    EXPECT_FALSE(load_clip(folder / "take")->clip.sound);
+    EXPECT_EQ(read_text(folder / "take" / "notes.txt").value(), "mine");
+    // Nothing else is left lying about.
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 1);
+    write_file(folder / "file", "x");
+    EXPECT_THROW((void)write_clip(folder / "file", clip), EnvironmentError);
+    EXPECT_THROW((void)write_clip("/proc/nowhere/clip", clip), EnvironmentError);
+}
+
+TEST(ClipFolder, AFullDiskIsToldAndLeavesNothing) {
+    if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+    const TemporaryFolder folder;
+    fs::create_symlink("/dev/full", folder / "a.npy.part");
+    EXPECT_THROW(write_npy(folder / "a.npy", {100000}, std::vector<float>(100000)), EnvironmentError);
+    EXPECT_FALSE(fs::exists(folder / "a.npy"));
+}
+
+TEST(ClipFolder, AVideoThatIsThereBecomesTheTexture) {
+    const TemporaryFolder folder;
+    Clip clip = full_clip();
+    clip.texture.reset();
+    write_file(folder / "made.mp4", "not really a video");
+    ASSERT_TRUE(write_clip(folder / "take", clip, {.texture_video = folder / "made.mp4"}));
+    EXPECT_TRUE(fs::exists(folder / "take" / "texture.mp4"));
+    EXPECT_FALSE(fs::exists(folder / "made.mp4"));
+}
+
+TEST(PlainFolder, NumberedMeshesWithOnePictureLoadAsTheyStand) {
+    const TemporaryFolder folder;
+    Mesh mesh = small_head();
+    for (int f = 9; f < 12; ++f) {  // numbers that sort wrongly as text
+        mesh.positions(0, 0) = float(f);
+        write_obj(folder / ("frame" + std::to_string(f) + ".obj"), mesh, 10);
+    }
+    Image picture(8, 8, 4);
+    write_image(folder / "skin.png", picture);
+    write_wav(folder / "voice.wav", {48000, 2, std::vector<float>(9600)});
+    const auto loaded = load_clip(folder.path());
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    const Clip& clip = loaded->clip;
+    ASSERT_TRUE(clip.vertices);
+    EXPECT_EQ(clip.vertices->frames, 3);
+    EXPECT_EQ(clip.unit, Unit::cm);
+    for (int f = 0; f < 3; ++f) EXPECT_NEAR(clip.vertices->frame(f)(0, 0), 9 + f, 1e-5);
+    EXPECT_EQ(clip.frame_rate, (Rational{30, 1}));
+    EXPECT_EQ(clip.neutral->triangles.size(), 4u);
+    ASSERT_TRUE(clip.texture);
+    EXPECT_EQ(clip.texture->frames(), 1);
+    EXPECT_EQ(clip.texture->read(0)->channels, 3);
+    EXPECT_EQ(clip.sound->channels, 2);
+    EXPECT_TRUE(warns(*loaded, "\"fps\""));
+    EXPECT_TRUE(warns(*loaded, "\"unit\""));
+    EXPECT_TRUE(warns(*loaded, "alpha"));
+
+    fs::remove(folder / "frame10.obj");
+    expect_message(folder.path(), {"10", "missing"});
+    write_file(folder / "frame10.obj", "v 0 0 0\nv 1 1 1\n");
+    expect_message(folder.path(), {"frame10.obj", "frame 1", "2 vertices"});
+}
+
+TEST(PlainFile, ASingleRecordingLoads) {
+    const TemporaryFolder folder;
+    write_file(folder / "take.csv", "time,a_x,a_y,a_z,b_x,b_y,b_z,c_x,c_y,c_z,d_x,d_y,d_z\n0,0,0,0,15,0,0,0,15,0,0,0,1\n0.04,0,0,0,15,0,0,0,15,0,0,0,2\n");
+    const auto markers = load_clip(folder / "take.csv");
+    ASSERT_TRUE(markers) << markers.error().message;
+    EXPECT_EQ(markers->clip.name, "take");
+    EXPECT_EQ(markers->clip.frame_rate, (Rational{25, 1}));
+    EXPECT_EQ(markers->clip.unit, Unit::cm);
+    EXPECT_EQ(markers->clip.markers->frame(1)(3, 2), 20);
+    write_npy(folder / "w.npy", {2, 5}, std::vector<float>(10));
+    EXPECT_EQ(load_clip(folder / "w.npy")->clip.weights->count, 5);
+    write_obj(folder / "head.obj", small_head());
+    EXPECT_EQ(load_clip(folder / "head.obj")->clip.vertices->frames, 1);
+    expect_message(folder / "none.npy", {"none.npy"});
+}
+
+class BadClip : public ::testing::Test {
+protected:
+    BadClip() {
+        clip = full_clip();
+        EXPECT_TRUE(write_clip(path, clip));
+    }
+    void describe(const std::string& json) { write_file(path / "clip.json", json); }
+
+    TemporaryFolder folder;
+    fs::path path = folder / "take";
+    Clip clip;
+};
+
+TEST_F(BadClip, NonFiniteValuesAreNamedByFrameAndPoint) {
+    const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+    std::vector<float> xyz(3 * 4 * 3, 1);
+    xyz[(2 * 4 + 3) * 3 + 1] = nan;
+    write_npy(path / "vertices.npy", {3, 4, 3}, xyz);
+    expect_message(path, {"vertices.npy", "vertex 3", "frame 2", "not a number"});
+    xyz[(2 * 4 + 3) * 3 + 1] = infinity;
+    write_npy(path / "vertices.npy", {3, 4, 3}, xyz);
+    expect_message(path, {"vertices.npy", "vertex 3", "frame 2", "infinite"});
+    write_clip(path, clip, {.overwrite = true}).ok();
+    std::vector<float> weights(6);
+    weights[3] = nan;
+    write_npy(path / "weights.npy", {3, 2}, weights);
+    expect_message(path, {"weights.npy", "weight 1 (Smile)", "frame 1"});
+    write_clip(path, clip, {.overwrite = true}).ok();
+    std::vector<float> markers(18, 1);
+    markers[0] = -infinity;
+    write_npy(path / "markers.npy", {3, 2, 3}, markers);
+    expect_message(path, {"markers.npy", "marker 0", "frame 0", "infinite"});
+}
+
+TEST_F(BadClip, DisagreementsAreNamed) {
+    write_npy(path / "markers.npy", {2, 2, 3}, std::vector<float>(12, 1));
+    expect_message(path, {"markers.npy has 2 frames", "vertices.npy has 3"});
+    write_npy(path / "markers.npy", {3, 5, 3}, std::vector<float>(45, 1));
+    expect_message(path, {"marker_sites has 2 entries", "5 markers"});
+    write_clip(path, clip, {.overwrite = true}).ok();
+    write_npy(path / "vertices.npy", {3, 5, 3}, std::vector<float>(45, 1));
+    expect_message(path, {"5 vertices a frame", "neutral.obj has 4"});
+    write_npy(path / "vertices.npy", {3, 4, 2}, std::vector<float>(24, 1));
+    expect_message(path, {"shape [3, 4, 2]"});
+    write_clip(path, clip, {.overwrite = true}).ok();
+    fs::remove(path / "texture" / "000001.png");
+    expect_message(path, {"number 1 is missing"});
+    fs::remove(path / "texture" / "000002.png");
+    EXPECT_TRUE(load_clip(path));  // one picture is a static texture
+    write_image(path / "texture" / "000001.png", Image(4, 3, 3));
+    expect_message(path, {"texture has 2 frames", "the motion has 3"});
+    write_image(path / "texture" / "000002.png", Image(5, 3, 3));
+    const ClipReport report = check_clip(path);
+    EXPECT_FALSE(report.good());
+    EXPECT_NE(report.text().find("000001.png is 4 x 3"), std::string::npos) << report.text();
+}
+
+TEST_F(BadClip, CheckListsEverythingAtOnce) {
+    std::vector<float> xyz(3 * 4 * 3, std::numeric_limits<float>::quiet_NaN());
+    write_npy(path / "vertices.npy", {3, 4, 3}, xyz);
+    fs::remove(path / "sound.wav");
+    write_npy(path / "gaze.npy", {2, 4}, std::vector<float>(8));
+    const ClipReport report = check_clip(path);
+    EXPECT_FALSE(report.good());
+    for (const char* word : {"vertex 0 of frame 0", "and 4 more", "sound.wav", "gaze.npy has 2 frames"})
+        EXPECT_NE(report.text().find(word), std::string::npos) << word << "\n" << report.text();
+}
+
+TEST_F(BadClip, UnitMistakesAreNamedWithTheUnitThatWasMeant) {
+    // A head of 0.2 mm, and one of 200 m.
+    for (const auto& [scale, unit, meant, size] : std::initializer_list<std::tuple<double, const char*, const char*, const char*>>{
+             {1000, "mm", "\"m\"", "0.25 mm"}, {1, "m", "\"mm\"", "250 m"}, {10, "mm", "\"cm\"", "25 mm"}}) {
+        write_obj(path / "neutral.obj", small_head(), scale);
+        describe(std::string(R"({"fps": 30, "unit": ")") + unit + R"(", "neutral": "neutral.obj", "weights": "weights.npy"})");
+        const auto loaded = load_clip(path);
+        ASSERT_TRUE(loaded) << loaded.error().message;
+        EXPECT_TRUE(warns(*loaded, size) && warns(*loaded, meant)) << loaded->warnings.at(0);
+        EXPECT_FALSE(check_clip(path).good());
+    }
+}
+
+TEST_F(BadClip, TheDescriptionIsCheckedKeyByKey) {
+    describe("{\"fps\": 30,");
+    expect_message(path, {"clip.json is not JSON"});
+    describe("[]");
+    expect_message(path, {"not a JSON object"});
+    describe(std::string(100000, '['));
+    expect_message(path, {"not a JSON object"});
+    describe(R"({"fps": 30, "unit": "mm"})");
+    expect_message(path, {"no motion"});
+    describe(R"({"fps": -1, "weights": "weights.npy"})");
+    expect_message(path, {"\"fps\""});
+    describe(R"({"fps": 30, "unit": "inch", "weights": "weights.npy"})");
+    expect_message(path, {"\"unit\""});
+    describe(R"({"fps": 30, "weights": "other.npy"})");
+    expect_message(path, {"there is no file", "other.npy"});
+    for (const char* bad : {"/etc/passwd", "../take/weights.npy", "a/../../weights.npy", ""}) {
+        describe(std::string(R"({"fps": 30, "weights": ")") + bad + "\"}");
+        expect_message(path, {"\"weights\""});
+    }
+    describe(R"({"fps": 29.97, "unit": "mm", "weights": "weights.npy", "wieghts": 3})");
+    const auto loaded = load_clip(path);
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    EXPECT_EQ(loaded->clip.frame_rate, (Rational{2997, 100}));
+    EXPECT_TRUE(warns(*loaded, "wieghts"));
+    describe(R"({"fps": 30, "unit": "mm", "neutral": "neutral.obj", "vertices": "vertices.npy", "rigid": [0, 9]})");
+    expect_message(path, {"rigid names vertex 9"});
+    describe(R"({"fps": 30, "unit": "cm", "neutral": "neutral.obj", "markers": "markers.npy", "marker_sites": [7, [1, 0.5, 0.5, 0.5]]})");
+    expect_message(path, {"entry 0 names vertex 7 of 4"});
+}
+
+TEST_F(BadClip, SoundOfAnotherLengthIsAWarning) {
+    for (const auto& [samples, word] : {std::pair(100000, "longer"), std::pair(10, "shorter")}) {
+        write_wav(path / "sound.wav", {48000, 1, std::vector<float>(std::size_t(samples))});
+        if (samples == 10) {
+            clip.vertices.reset();
+            describe(R"({"fps": 5, "unit": "cm", "weights": "weights.npy", "sound": "sound.wav"})");
+        }
+        const auto loaded = load_clip(path);
+        ASSERT_TRUE(loaded) << loaded.error().message;
+        EXPECT_TRUE(warns(*loaded, word));
+    }
+    write_file(path / "sound.wav", "RIFF");
+    expect_message(path, {"sound.wav"});
+}
+
+TEST_F(BadClip, AnEmptyClipIsRefused) {
+    write_npy(path / "weights.npy", {0, 2}, {});
+    describe(R"({"fps": 30, "unit": "mm", "weights": "weights.npy"})");
+    expect_message(path, {"no frames"});
+    fs::create_directory(folder / "empty");
+    expect_message(folder / "empty", {"no motion"});
+}
+
+TEST(Recordings, ReadyClipsLoad) {
+    const fs::path clips = recordings() / "clips";
+    if (recordings().empty() || !fs::exists(clips)) GTEST_SKIP() << "no recordings here";
+    for (const auto& [name, frames, points] : std::initializer_list<std::tuple<const char*, std::int64_t, std::int64_t>>{
+             {"ict_182_markers", 4030, 182}, {"optical_41_jaw", 1590, 41}, {"optical_41_cheeks", 1499, 41}}) {
+        const auto loaded = load_clip(clips / name);
+        ASSERT_TRUE(loaded) << loaded.error().message;
+        EXPECT_EQ(loaded->clip.name, name);
+        EXPECT_EQ(loaded->clip.frame_count(), frames);
+        EXPECT_EQ(loaded->clip.markers->points, points);
+        EXPECT_TRUE(loaded->warnings.empty()) << loaded->warnings[0];
+    }
+    const auto speech = load_clip(clips / "arkit_52_speech");
+    ASSERT_TRUE(speech) << speech.error().message;
+    EXPECT_EQ(speech->clip.frame_rate, (Rational{60000, 1001}));
+    EXPECT_EQ(speech->clip.weights->frames, 1218);
+    EXPECT_EQ(speech->clip.weights->count, 52);
+    const auto take = load_clip(recordings() / "livelinkface/alex_rom_3.csv");
+    ASSERT_TRUE(take) << take.error().message;
+    EXPECT_TRUE(warns(*take, "3 dropped frames"));
+}
+
+}  // namespace
+}  // namespace mien::io

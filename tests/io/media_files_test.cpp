@@ -1,0 +1,66 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/environment_error.hpp"
+#include "io/file.hpp"
+#include "io/image_file.hpp"
+#include "io/sound_file.hpp"
+#include "tests/io/temporary_folder.hpp"
+
+namespace mien::io {
+namespace {
+
+TEST(ImageFile, PngComesBackExactlyAndJpegNearly) {
+    const TemporaryFolder folder;
+    Image image(17, 11, 3);
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] = std::uint8_t(i / 3);
+    write_image(folder / "a.png", image);
+    write_image(folder / "a.jpg", image);
+    const auto png = read_image(folder / "a.png"), jpg = read_image(folder / "a.jpg");
+    ASSERT_TRUE(png && jpg);
+    EXPECT_EQ(png->pixels, image.pixels);
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) EXPECT_NEAR(jpg->pixels[i], image.pixels[i], 12);
+    EXPECT_THROW(write_image(folder / "no" / "a.png", image), EnvironmentError);
+}
+
+TEST(ImageFile, AlphaIsLeftOutAndSaidSo) {
+    const TemporaryFolder folder;
+    Image image(2, 1, 4);
+    image.pixels = {10, 20, 30, 0, 40, 50, 60, 255};
+    write_image(folder / "a.png", image);
+    bool alpha = false;
+    const auto read = read_image(folder / "a.png", 3, &alpha);
+    ASSERT_TRUE(read);
+    EXPECT_TRUE(alpha);
+    EXPECT_EQ(read->pixels, (std::vector<std::uint8_t>{10, 20, 30, 40, 50, 60}));
+}
+
+TEST(ImageFile, EveryTruncationIsRefusedOrShort) {
+    const TemporaryFolder folder;
+    write_image(folder / "a.png", Image(9, 9, 3));
+    const auto bytes = read_bytes(folder / "a.png");
+    ASSERT_TRUE(bytes);
+    for (std::size_t n = 0; n + 16 < bytes->size(); ++n)
+        EXPECT_FALSE(parse_image(Bytes(bytes->begin(), bytes->begin() + std::ptrdiff_t(n)))) << n;
+    EXPECT_EQ(read_image(folder / "none.png").error().code, ErrorCode::missing);
+}
+
+TEST(SoundFile, WavComesBack) {
+    const TemporaryFolder folder;
+    Sound sound{44100, 2, {}};
+    for (int i = 0; i < 2000; ++i) sound.samples.push_back(std::sin(0.01f * float(i)) * 1.2f);
+    write_wav(folder / "a.wav", sound);
+    const auto read = read_sound(folder / "a.wav");
+    ASSERT_TRUE(read) << read.error().message;
+    EXPECT_EQ(read->sample_rate, 44100);
+    EXPECT_EQ(read->channels, 2);
+    ASSERT_EQ(read->samples.size(), sound.samples.size());
+    for (std::size_t i = 0; i < sound.samples.size(); ++i) EXPECT_NEAR(read->samples[i], std::min(std::max(sound.samples[i], -1.0f), 1.0f), 1e-4);
+    write_file(folder / "b.wav", "not a sound");
+    EXPECT_EQ(read_sound(folder / "b.wav").error().code, ErrorCode::damaged);
+    EXPECT_EQ(read_sound(folder / "c.wav").error().code, ErrorCode::missing);
+}
+
+}  // namespace
+}  // namespace mien::io
