@@ -118,15 +118,16 @@ Result<std::vector<Row>> parse_rows(Lines& lines, const Columns& columns) {
     return rows;
 }
 
+// The app's angles are those of a mirrored head: takes with EyeLook weights show that a positive yaw looks to the actor's
+// right, a positive pitch down. Mirrored, turns about y and z change their sign.
 RigidPose head_pose(const float* angles) {
-    const Eigen::Quaternionf rotation = Eigen::AngleAxisf(angles[0], Vec3::UnitY()) * Eigen::AngleAxisf(angles[1], Vec3::UnitX()) *
-                                        Eigen::AngleAxisf(angles[2], Vec3::UnitZ());
+    const Eigen::Quaternionf rotation = Eigen::AngleAxisf(-angles[0], Vec3::UnitY()) * Eigen::AngleAxisf(angles[1], Vec3::UnitX()) *
+                                        Eigen::AngleAxisf(-angles[2], Vec3::UnitZ());
     return {rotation.normalized(), Vec3::Zero()};
 }
 
 Gaze gaze(const float* angles) {
-    // ARKit turns the eye about +x by its pitch, which lowers the look.
-    return {{angles[6], angles[3]}, {-angles[7], -angles[4]}};
+    return {{-angles[6], -angles[3]}, {-angles[7], -angles[4]}};
 }
 
 }  // namespace

@@ -29,12 +29,12 @@ TEST(LiveLink, DroppedFramesAreFoundFromTheTimecodeAndFilled) {
     const float jaw[] = {0.1f, 0.2f, 0.3f, 0.3f, 0.4f, 0.5f, 0.6f, 0.6f};
     for (int f = 0; f < 8; ++f) EXPECT_NEAR(take->weights.frame(f)[0], jaw[f], 1e-6) << f;
     ASSERT_EQ(take->gaze.size(), 8u);
-    EXPECT_FLOAT_EQ(take->gaze[0].yaw[0], -0.03f);  // the right eye
+    EXPECT_FLOAT_EQ(take->gaze[0].yaw[0], 0.03f);  // the right eye
     EXPECT_FLOAT_EQ(take->gaze[0].pitch[0], -0.04f);
-    EXPECT_FLOAT_EQ(take->gaze[0].yaw[1], 0.01f);
-    // Positive yaw turns the face to the actor's left, positive pitch lowers it.
+    EXPECT_FLOAT_EQ(take->gaze[0].yaw[1], -0.01f);
+    // Positive yaw turns the face to the actor's right, positive pitch lowers it.
     const Vec3 nose = take->head_pose[0].rotation * Vec3(0, 0, 1);
-    EXPECT_GT(nose.x(), 0.05f);
+    EXPECT_LT(nose.x(), -0.05f);
     EXPECT_LT(nose.y(), -0.1f);
 }
 
