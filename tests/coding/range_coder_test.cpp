@@ -1,0 +1,82 @@
+#include "coding/range_coder.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace mien::coding {
+namespace {
+
+struct Decision {
+    int bit;
+    Probability set;
+};
+
+std::vector<Decision> decisions(unsigned seed, int count) {
+    std::mt19937 random(seed);
+    std::vector<Decision> out;
+    for (int i = 0; i < count; ++i) {
+        const Probability set = random() % 4 == 0 ? (random() % 2 ? 1u : 65535u) : 1 + random() % 65535;
+        out.push_back({int(random() % 65536 < set), set});
+    }
+    return out;
+}
+
+Bytes encode(const std::vector<Decision>& list, std::uint64_t* digest = nullptr) {
+    RangeEncoder encoder;
+    for (Decision d : list) encoder.code(d.bit, d.set);
+    if (digest) *digest = encoder.digest();
+    return encoder.finish();
+}
+
+TEST(RangeCoder, BringsBackEveryDecisionAndTheSameState) {
+    for (unsigned seed = 0; seed < 200; ++seed) {
+        const auto list = decisions(seed, int(seed * 7));
+        std::uint64_t digest = 0;
+        const Bytes bytes = encode(list, &digest);
+        RangeDecoder decoder(bytes);
+        for (const Decision& d : list) {
+            int bit = -1;
+            decoder.code(bit, d.set);
+            ASSERT_EQ(bit, d.bit);
+        }
+        EXPECT_TRUE(decoder.complete());
+        EXPECT_EQ(decoder.digest(), digest);
+    }
+}
+
+TEST(RangeCoder, SpendsCloseToTheIdealLength) {
+    const auto list = decisions(7, 20000);
+    double ideal = 0;
+    for (const Decision& d : list) ideal += code_length(d.bit, d.set);
+    const double real = 8.0 * double(encode(list).size());
+    EXPECT_LT(real, ideal * 1.002 + 16);
+    EXPECT_GE(real, ideal - 16);
+}
+
+TEST(RangeCoder, CodesNothingInNoBytes) { EXPECT_TRUE(encode({}).empty()); }
+
+TEST(RangeCoder, CodesAFewLikelyDecisionsInOneByteAtMost) {
+    const std::vector<Decision> list(20, Decision{0, 400});
+    EXPECT_LE(encode(list).size(), 1u);
+}
+
+TEST(RangeCoder, NoticesMissingAndSpareBytes) {
+    const auto list = decisions(3, 3000);
+    Bytes bytes = encode(list);
+    const auto complete = [&](ByteView view) {
+        RangeDecoder decoder(view);
+        for (const Decision& d : list) {
+            int bit = 0;
+            decoder.code(bit, d.set);
+        }
+        return decoder.complete();
+    };
+    EXPECT_TRUE(complete(bytes));
+    EXPECT_FALSE(complete(ByteView(bytes).first(bytes.size() - 5)));
+    bytes.resize(bytes.size() + 5);
+    EXPECT_FALSE(complete(bytes));
+}
+
+}  // namespace
+}  // namespace mien::coding

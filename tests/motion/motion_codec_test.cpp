@@ -1,0 +1,295 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel.hpp"
+#include "decoder/motion_decoder.hpp"
+#include "encoder/motion_encoder.hpp"
+#include "encoder/reference_points.hpp"
+#include "motion_clips.hpp"
+
+namespace mien {
+namespace {
+
+using encoder::EncodedMotion;
+using encoder::MotionOptions;
+using encoder::MotionPreset;
+using protocol::MotionKind;
+
+std::span<const Triangle> triangles_of(const Clip& clip) {
+    return clip.neutral ? std::span<const Triangle>(clip.neutral->triangles) : std::span<const Triangle>();
+}
+
+struct Decoded {
+    std::vector<model::Motion> motions;
+    std::vector<std::uint64_t> states;
+    decoder::MotionDecoder::Split split;
+    model::LinearMotion basis;
+};
+
+Decoded decode(const Clip& clip, const EncodedMotion& encoded) {
+    auto decoder = decoder::MotionDecoder::create(encoded.info, encoded.basis, triangles_of(clip));
+    EXPECT_TRUE(decoder.ok()) << decoder.error().message;
+    Decoded out;
+    for (const auto& group : encoded.groups) {
+        decoder->begin_group();
+        std::int64_t frame = group.first_time;
+        for (const auto& object : group.objects) {
+            auto motions = decoder->decode(object, frame);
+            EXPECT_TRUE(motions.ok()) << motions.error().message;
+            frame += object.frames;
+            out.motions.insert(out.motions.end(), motions->begin(), motions->end());
+            out.states.push_back(decoder->state_hash());
+        }
+    }
+    out.split = decoder->split();
+    out.basis = decoder->basis();
+    return out;
+}
+
+struct Errors {
+    double rms = 0, peak = 0;
+};
+
+Errors errors_of(const Clip& clip, MotionKind kind, const EncodedMotion& encoded) {
+    const Decoded decoded = decode(clip, encoded);
+    const Points reference = encoder::reference_points(clip, kind);
+    double sum = 0, count = 0;
+    Errors out;
+    for (const auto& motion : decoded.motions) {
+        Eigen::VectorXf x = decoded.basis.mean + decoded.basis.components * motion.coefficients;
+        if (kind == MotionKind::weights) {
+            for (Eigen::Index i = 0; i < x.size(); ++i) {
+                const double e = std::abs(double(x[i]) - double(clip.weights->frame(motion.frame)[i]));
+                sum += e * e;
+                count += 1;
+                out.peak = std::max(out.peak, e);
+            }
+            continue;
+        }
+        PointsMap points(x.data(), reference.rows(), 3);
+        points += reference;
+        apply_pose(motion.pose, points);
+        const auto truth = kind == MotionKind::vertices ? clip.vertices->frame(motion.frame) : clip.markers->frame(motion.frame);
+        for (Eigen::Index p = 0; p < points.rows(); ++p) {
+            const bool missing = std::isnan(truth(p, 0));
+            if (encoded.info.has_presence) {
+                EXPECT_EQ(motion.presence[std::size_t(p)], missing ? 0 : 1);
+            }
+            if (missing) continue;
+            const double e = double((points.row(p) - truth.row(p)).norm());
+            sum += e * e;
+            count += 1;
+            out.peak = std::max(out.peak, e);
+        }
+    }
+    out.rms = count > 0 ? std::sqrt(sum / count) : 0;
+    return out;
+}
+
+EncodedMotion encode(const Clip& clip, const MotionOptions& options) {
+    auto encoded = encoder::encode_motion(clip, options);
+    EXPECT_TRUE(encoded.ok()) << encoded.error().message;
+    return std::move(encoded).value();
+}
+
+constexpr std::array kPresets{MotionPreset::file, MotionPreset::live, MotionPreset::guenter98};
+
+TEST(MotionCodec, KeepsTheAskedRmsForEveryPresetAndKind) {
+    for (MotionPreset preset : kPresets)
+        for (unsigned seed = 1; seed <= 2; ++seed) {
+            const Clip vertices = motion_test::vertex_clip(9, 50, seed);
+            const Clip markers = motion_test::marker_clip(70, seed, true, 0.02);
+            const Clip weights = motion_test::weight_clip(60, seed);
+            for (auto [clip, kind, rms] : {std::tuple(&vertices, MotionKind::vertices, 0.1), std::tuple(&markers, MotionKind::markers, 0.2),
+                                           std::tuple(&weights, MotionKind::weights, 0.005)}) {
+                const EncodedMotion encoded = encode(*clip, {.kind = kind, .preset = preset, .rms = rms, .group_frames = 20});
+                const Errors errors = errors_of(*clip, kind, encoded);
+                EXPECT_LE(errors.rms, rms * 1.0001);
+                EXPECT_NEAR(errors.rms, encoded.rms, 1e-4 * rms);
+                EXPECT_NEAR(errors.peak, encoded.peak, 1e-3 * encoded.peak + 1e-6);
+            }
+        }
+}
+
+TEST(MotionCodec, KeepsTheAskedPeakAndBitrate) {
+    const Clip clip = motion_test::vertex_clip(9, 60, 4, true);
+    const EncodedMotion peaked = encode(clip, {.rms = {}, .peak = 0.5});
+    EXPECT_TRUE(peaked.info.has_pose);
+    EXPECT_LE(errors_of(clip, MotionKind::vertices, peaked).peak, 0.5001);
+    const EncodedMotion rated = encode(clip, {.rms = {}, .kbps = 12});
+    double bytes = double(rated.basis.size());
+    for (const auto& group : rated.groups)
+        for (const auto& object : group.objects) bytes += double(object.bytes.size());
+    EXPECT_LE(bytes * 8 / 2 / 1000, 12.0);
+    EXPECT_GT(bytes * 8 / 2 / 1000, 9.0);
+}
+
+TEST(MotionCodec, EncoderAndDecoderAgreeAfterEveryObject) {
+    const Clip clip = motion_test::marker_clip(65, 8, true, 0.01);
+    for (MotionPreset preset : kPresets) {
+        const EncodedMotion encoded = encode(clip, {.kind = MotionKind::markers, .preset = preset, .group_frames = 20});
+        const Decoded decoded = decode(clip, encoded);
+        EXPECT_EQ(decoded.states, encoded.state_hashes);
+        std::size_t objects = 0;
+        for (const auto& group : encoded.groups) objects += group.objects.size();
+        EXPECT_EQ(objects, preset == MotionPreset::live ? 65u : 4u);
+        EXPECT_EQ(decoded.motions.size(), 65u);
+        EXPECT_NEAR(decoded.split.coefficients, encoded.bits.coefficients, 0.2 * encoded.bits.coefficients);
+    }
+}
+
+TEST(MotionCodec, EveryGroupDecodesAlone) {
+    const Clip clip = motion_test::vertex_clip(8, 50, 3, true);
+    for (MotionPreset preset : kPresets) {
+        const EncodedMotion encoded = encode(clip, {.preset = preset, .group_frames = 16});
+        const Decoded all = decode(clip, encoded);
+        for (std::size_t g = encoded.groups.size(); g-- > 0;) {
+            EncodedMotion one = encoded;
+            one.groups = {encoded.groups[g]};
+            const Decoded alone = decode(clip, one);
+            for (const auto& motion : alone.motions) {
+                EXPECT_EQ(motion.coefficients, all.motions[std::size_t(motion.frame)].coefficients);
+                EXPECT_EQ(motion.pose.translation, all.motions[std::size_t(motion.frame)].pose.translation);
+            }
+        }
+    }
+}
+
+TEST(MotionCodec, IsTheSameForAnyThreadCount) {
+    const Clip clip = motion_test::vertex_clip(10, 45, 6, true);
+    set_thread_count(1);
+    const EncodedMotion one = encode(clip, {.group_frames = 10});
+    set_thread_count(4);
+    const EncodedMotion four = encode(clip, {.group_frames = 10});
+    set_thread_count(0);
+    EXPECT_EQ(one.basis, four.basis);
+    ASSERT_EQ(one.groups.size(), four.groups.size());
+    for (std::size_t g = 0; g < one.groups.size(); ++g)
+        EXPECT_EQ(one.groups[g].objects.front().bytes, four.groups[g].objects.front().bytes);
+}
+
+TEST(MotionCodec, TakesTheSmallestClips) {
+    Clip point;
+    point.markers = PointSequence(3, 1);
+    point.markers->xyz = {1, 2, 3, 1.5f, 2, 3, 2, 2, 3};
+    Clip missing = motion_test::marker_clip(12, 3, false, 0);
+    missing.markers->frame(5).setConstant(std::nanf(""));
+    Clip never = motion_test::marker_clip(12, 4, false, 0);
+    for (std::int64_t f = 0; f < 12; ++f) never.markers->frame(f).row(7).setConstant(std::nanf(""));
+    for (MotionPreset preset : kPresets) {
+        for (std::int64_t frames : {1, 2}) {
+            const Clip clip = motion_test::vertex_clip(6, frames, 2);
+            EXPECT_LE(errors_of(clip, MotionKind::vertices, encode(clip, {.preset = preset, .group_frames = 0})).rms, 0.1001);
+        }
+        for (const Clip* clip : {&point, &missing, &never}) {
+            const EncodedMotion encoded = encode(*clip, {.kind = MotionKind::markers, .preset = preset, .group_frames = 5});
+            EXPECT_LE(errors_of(*clip, MotionKind::markers, encoded).rms, 0.1001);
+        }
+    }
+}
+
+TEST(MotionCodec, StillMotionNeedsNoComponents) {
+    Clip clip;
+    clip.neutral = motion_test::sheet(6);
+    clip.vertices = PointSequence(20, 36);
+    for (std::int64_t f = 0; f < 20; ++f) clip.vertices->frame(f) = clip.neutral->positions;
+    const EncodedMotion encoded = encode(clip, {});
+    EXPECT_EQ(decode(clip, encoded).basis.size(), 0);
+    EXPECT_FALSE(encoded.info.has_pose);
+    EXPECT_LT(encoded.rms, 1e-5);
+}
+
+TEST(MotionCodec, FindsTheHeadPoseWithoutBeingTold) {
+    const Clip clip = motion_test::marker_clip(80, 5, true, 0);
+    const EncodedMotion encoded = encode(clip, {.kind = MotionKind::markers});
+    EXPECT_TRUE(encoded.info.has_pose);
+    EXPECT_FALSE(encode(motion_test::vertex_clip(8, 20, 5), {}).info.has_pose);
+}
+
+TEST(MotionCodec, CarriesGazeWithWeights) {
+    Clip clip = motion_test::weight_clip(40, 1);
+    for (int f = 0; f < 40; ++f) {
+        const float a = 0.3f * std::sin(0.1f * float(f));
+        clip.gaze.push_back({{a, a + 0.05f}, {-a, 0.1f}});
+    }
+    const EncodedMotion encoded = encode(clip, {.kind = MotionKind::weights, .rms = 0.005});
+    ASSERT_TRUE(encoded.info.has_gaze);
+    for (const auto& motion : decode(clip, encoded).motions)
+        for (int eye = 0; eye < 2; ++eye) {
+            EXPECT_NEAR(motion.gaze.yaw[eye], clip.gaze[std::size_t(motion.frame)].yaw[eye], 0.012);
+            EXPECT_NEAR(motion.gaze.pitch[eye], clip.gaze[std::size_t(motion.frame)].pitch[eye], 0.012);
+        }
+}
+
+TEST(MotionCodec, RefusesWhatIsNoMotionNamingFrameAndPoint) {
+    Clip clip = motion_test::vertex_clip(6, 10, 1);
+    clip.vertices->frame(7)(12, 1) = std::nanf("");
+    const auto vertices = encoder::encode_motion(clip, {});
+    ASSERT_FALSE(vertices.ok());
+    EXPECT_NE(vertices.error().message.find("vertex 12 of frame 7"), std::string::npos) << vertices.error().message;
+    Clip markers = motion_test::marker_clip(10, 1, false, 0);
+    markers.markers->frame(3)(4, 2) = INFINITY;
+    EXPECT_FALSE(encoder::encode_motion(markers, {.kind = MotionKind::markers}).ok());
+    Clip weights = motion_test::weight_clip(10, 1);
+    weights.weights->frame(2)[1] = std::nanf("");
+    EXPECT_FALSE(encoder::encode_motion(weights, {.kind = MotionKind::weights}).ok());
+    EXPECT_FALSE(encoder::encode_motion(Clip{}, {}).ok());
+    EXPECT_FALSE(encoder::encode_motion(clip, {.rms = 0.1, .peak = 0.2}).ok());
+    EXPECT_FALSE(encoder::encode_motion(motion_test::vertex_clip(6, 10, 1), {.rms = {}, .kbps = 1e-6}).ok());
+}
+
+TEST(MotionCodec, SurvivesEveryTruncationOfBasisAndObjects) {
+    const Clip clip = motion_test::vertex_clip(6, 20, 9, true);
+    for (MotionPreset preset : kPresets) {
+        const EncodedMotion encoded = encode(clip, {.preset = preset, .rms = 0.3, .group_frames = 10});
+        for (std::size_t n = 0; n < encoded.basis.size(); ++n) {
+            const auto decoder = decoder::MotionDecoder::create(encoded.info, ByteView(encoded.basis).first(n), triangles_of(clip));
+            if (n + 5 < encoded.basis.size()) {
+                EXPECT_FALSE(decoder.ok()) << n;
+            }
+        }
+        auto decoder = decoder::MotionDecoder::create(encoded.info, encoded.basis, triangles_of(clip));
+        ASSERT_TRUE(decoder.ok());
+        for (const auto& group : encoded.groups)
+            for (std::size_t n = 0; n < group.objects.front().bytes.size(); ++n) {
+                decoder->begin_group();
+                protocol::Object cut = group.objects.front();
+                cut.bytes.resize(n);
+                const bool ok = decoder->decode(cut, 0).ok();
+                if (n + 5 < group.objects.front().bytes.size()) {
+                    EXPECT_FALSE(ok);
+                }
+                if (!ok) {
+                    EXPECT_FALSE(decoder->decode(group.objects.front(), 0).ok()) << "waits for the next group";
+                }
+            }
+    }
+}
+
+TEST(MotionCodec, AskesForTheMeshItWasPredictedAcross) {
+    const Clip clip = motion_test::vertex_clip(8, 20, 1);
+    const EncodedMotion encoded = encode(clip, {});
+    const auto decoder = decoder::MotionDecoder::create(encoded.info, encoded.basis);
+    ASSERT_FALSE(decoder.ok());
+    EXPECT_EQ(decoder.error().code, ErrorCode::missing);
+}
+
+TEST(MotionCodec, SplitsABasisIntoItsBytes) {
+    const EncodedMotion encoded = encode(motion_test::vertex_clip(8, 60, 1), {});
+    const auto split = decoder::split_basis(encoded.basis);
+    ASSERT_TRUE(split.ok());
+    EXPECT_EQ(split->basis + split->probabilities, encoded.basis.size());
+    EXPECT_EQ(double(split->probabilities) * 8, encoded.bits.probabilities);
+}
+
+TEST(MotionCodec, IsSmallerThanTheSchemeOf1998) {
+    const Clip clip = motion_test::marker_clip(150, 2, true, 0);
+    const double file = encode(clip, {.kind = MotionKind::markers}).bits.total();
+    const double old = encode(clip, {.kind = MotionKind::markers, .preset = MotionPreset::guenter98}).bits.total();
+    EXPECT_LT(file, 0.8 * old);
+}
+
+}  // namespace
+}  // namespace mien
