@@ -107,6 +107,13 @@ void Target::bind() const {
     glViewport(0, 0, state_->width * state_->scale, state_->height * state_->scale);
 }
 
+void Target::clear() {
+    bind();
+    glEnable(GL_FRAMEBUFFER_SRGB);
+    glClearColor(0.02f, 0.02f, 0.02f, 1);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+}
+
 Image Target::read() {
     State& s = *state_;
     glBindFramebuffer(GL_READ_FRAMEBUFFER, s.finish());

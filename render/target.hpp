@@ -30,6 +30,7 @@ public:
     int height() const;
     Smoothing smoothing() const;
     void bind() const;      ///< draw calls go here from now on
+    void clear();           ///< a picture of nothing: dark grey
     Image read();           ///< RGB, sRGB-encoded, rows from the top
     /// Copies the picture into the window's own framebuffer, without scaling when the sizes are equal.
     void present(int window_width, int window_height);

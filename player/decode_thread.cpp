@@ -1,0 +1,157 @@
+#include "player/decode_thread.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace mien::player {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::size_t kBufferBytes = 192u << 20;  // decoded pictures that wait: 120 of 1024 x 1024, a few of 8192 x 8192
+constexpr std::size_t kBufferFrames = 60;
+constexpr double kStartSeconds = 0.2;             // of frames before playing starts: covers a decoder's burst
+
+std::size_t capacity_of(const StreamModel& stream) {
+    const std::size_t picture = std::size_t(stream.texture_width) * stream.texture_height * 3 / 2;
+    return picture ? std::clamp<std::size_t>(kBufferBytes / picture, 3, kBufferFrames) : kBufferFrames;
+}
+
+std::size_t enough_of(const StreamModel& stream) {
+    return std::size_t(std::ceil(kStartSeconds * stream.frame_rate.value()));
+}
+
+}  // namespace
+
+DecodeThread::DecodeThread(net::StreamSource& source, StreamModel& stream, SoundSink on_sound)
+    : source_(source), stream_(stream), on_sound_(std::move(on_sound)), groups_(stream),
+      buffer_(capacity_of(stream), enough_of(stream)), thread_([this] { run(); }) {}
+
+DecodeThread::~DecodeThread() {
+    {
+        const std::lock_guard lock(mutex_);
+        stopping_ = true;
+    }
+    changed_.notify_all();
+    thread_.join();
+}
+
+void DecodeThread::seek(double seconds, const std::function<void()>& quiet) {
+    const std::scoped_lock lock(sound_mutex_, mutex_);
+    if (quiet) quiet();
+    generation_ = source_.seek(seconds);
+    buffer_.clear();
+    starved_ = true;
+    // A hair before the frame's time still means that frame.
+    restart_ = std::int64_t(std::floor(seconds * stream_.frame_rate.value() + 1e-6));
+    due_ = -1;
+    changed_.notify_all();
+}
+
+void DecodeThread::run() {
+    groups_.restart(0);
+    for (;;) {
+        std::uint32_t generation = 0;
+        {
+            const std::lock_guard lock(mutex_);
+            if (stopping_) return;
+            if (restart_) groups_.restart(*std::exchange(restart_, std::nullopt));
+            generation = generation_;
+        }
+        if (groups_.wants_group()) pull();
+        if (const std::int64_t due = due_; due >= 0) skipped_ += std::uint64_t(groups_.skip_to(due));
+        if (groups_.has_work()) {
+            for (PlayFrame& frame : groups_.step()) push(std::move(frame), generation);
+        } else {
+            std::unique_lock lock(mutex_);
+            starved_ = true;
+            if (groups_.drained() && !restart_) {
+                buffer_.finish();
+                changed_.notify_all();
+                changed_.wait(lock, [&] { return stopping_ || restart_; });
+            }
+        }
+        damaged_ = groups_.damaged_groups();
+    }
+}
+
+void DecodeThread::pull() {
+    std::optional<net::Arrival> arrival = source_.next(groups_.has_work() ? 0ms : 50ms);
+    if (!arrival) return;
+    std::uint32_t generation = 0;
+    {
+        const std::lock_guard lock(mutex_);
+        // A seek may have come while next() waited: what arrived can already be of after it.
+        if (restart_) groups_.restart(*std::exchange(restart_, std::nullopt));
+        generation = generation_;
+        if (arrival->generation == generation) starved_ = false;
+    }
+    if (arrival->generation != generation) return;
+    if (!arrival->group) {
+        groups_.finish();
+        return;
+    }
+    const std::uint8_t slot = arrival->group->slot;
+    if (slot < bytes_.size())
+        for (const protocol::Object& object : arrival->group->objects) bytes_[slot] += object.bytes.size();
+    if (slot == stream_.motion_slot || (stream_.texture && slot == stream_.texture_slot)) {
+        groups_.add(std::move(*arrival->group));
+    } else if (stream_.sound && slot == stream_.sound_slot) {
+        auto block = stream_.sound->decode(*arrival->group);
+        if (!block.ok()) return;   // a damaged group of sound is silence
+        const std::lock_guard sound_lock(sound_mutex_);
+        {
+            const std::lock_guard lock(mutex_);
+            if (generation_ != generation) return;
+        }
+        if (on_sound_) on_sound_(std::move(*block));
+    }
+}
+
+void DecodeThread::push(PlayFrame frame, std::uint32_t generation) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return stopping_ || generation_ != generation || buffer_.has_room(); });
+    if (stopping_ || generation_ != generation) return;
+    buffer_.push(std::move(frame));
+    ++decoded_;
+    starved_ = false;
+    changed_.notify_all();
+}
+
+std::optional<PlayFrame> DecodeThread::take(std::int64_t due) {
+    const std::lock_guard lock(mutex_);
+    auto frame = buffer_.take(due);
+    if (frame) changed_.notify_all();
+    return frame;
+}
+
+std::optional<PlayFrame> DecodeThread::pop() {
+    const std::lock_guard lock(mutex_);
+    auto frame = buffer_.pop();
+    if (frame) changed_.notify_all();
+    return frame;
+}
+
+std::optional<PlayFrame> DecodeThread::wait_pop(const std::function<bool()>& give_up) {
+    std::unique_lock lock(mutex_);
+    while (buffer_.empty() && !buffer_.drained()) {
+        if (changed_.wait_for(lock, 100ms) == std::cv_status::no_timeout || !give_up) continue;
+        lock.unlock();
+        const bool over = give_up();
+        lock.lock();
+        if (over) break;
+    }
+    auto frame = buffer_.pop();
+    changed_.notify_all();
+    return frame;
+}
+
+bool DecodeThread::ready() const { return std::lock_guard(mutex_), buffer_.ready(); }
+bool DecodeThread::empty() const { return std::lock_guard(mutex_), buffer_.empty(); }
+bool DecodeThread::drained() const { return std::lock_guard(mutex_), buffer_.drained(); }
+bool DecodeThread::starved() const { return std::lock_guard(mutex_), starved_; }
+std::size_t DecodeThread::buffered() const { return std::lock_guard(mutex_), buffer_.size(); }
+std::uint64_t DecodeThread::dropped() const { return std::lock_guard(mutex_), buffer_.dropped() + skipped_; }
+
+}  // namespace mien::player

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+#include "player/group_decoder.hpp"
+#include "player/jitter_buffer.hpp"
+#include "protocol/limits.hpp"
+
+namespace mien::player {
+
+/// Pulls groups from a source, decodes them and fills the jitter buffer, on a thread of its own. Every wait is bounded by
+/// the buffer's room and by what waits undecoded, so memory is bounded however long the stream is.
+class DecodeThread {
+public:
+    using SoundSink = std::function<void(decoder::SoundDecoder::Block block)>;
+
+    /// `source` and `stream` outlive it. `on_sound` is called from the decode thread, in order of time.
+    DecodeThread(net::StreamSource& source, StreamModel& stream, SoundSink on_sound);
+    ~DecodeThread();
+
+    /// Goes on from `seconds`: everything decoded is dropped. Between the last block of sound from before and the first from
+    /// after, `quiet` is called: the place to empty what the sink has filled.
+    void seek(double seconds, const std::function<void()>& quiet = {});
+    /// Which frame the clock is at; the decoder gives up groups that fall behind it. Negative: never give up.
+    void set_due(std::int64_t frame) { due_ = frame; }
+
+    std::optional<PlayFrame> take(std::int64_t due);    ///< JitterBuffer::take
+    std::optional<PlayFrame> pop();                     ///< JitterBuffer::pop
+    /// Waits for the next frame in order; none at the end, or when `give_up` answers true (asked a few times a second).
+    std::optional<PlayFrame> wait_pop(const std::function<bool()>& give_up);
+    bool ready() const;
+    bool empty() const;
+    bool drained() const;                       ///< the stream has ended and every frame was taken
+    bool starved() const;                       ///< nothing to decode either: the source is behind
+    std::size_t buffered() const;
+    std::uint64_t dropped() const;
+    std::uint64_t decoded() const { return decoded_; }
+    std::uint64_t damaged_groups() const { return damaged_; }
+    std::uint64_t bytes_of(std::uint8_t slot) const { return bytes_[slot]; }   ///< of objects, without framing
+
+private:
+    void run();
+    void pull();
+    void push(PlayFrame frame, std::uint32_t generation);
+
+    net::StreamSource& source_;
+    StreamModel& stream_;
+    SoundSink on_sound_;
+    GroupDecoder groups_;                       // decode thread only
+
+    mutable std::mutex mutex_;
+    std::condition_variable changed_;
+    JitterBuffer buffer_;
+    std::uint32_t generation_ = 0;              // of the source, since the last seek
+    std::optional<std::int64_t> restart_;       // first frame wanted by a seek that the thread has not seen
+    bool stopping_ = false;
+    bool starved_ = true;
+    std::mutex sound_mutex_;                    // held while on_sound_ runs, so that a seek can wait for it
+    std::array<std::atomic<std::uint64_t>, protocol::kMaxSlots> bytes_{};
+    std::atomic<std::int64_t> due_{-1};
+    std::atomic<std::uint64_t> decoded_{0}, damaged_{0}, skipped_{0};
+    std::thread thread_;
+};
+
+}  // namespace mien::player

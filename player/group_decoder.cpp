@@ -1,0 +1,119 @@
+#include "player/group_decoder.hpp"
+
+#include <iterator>
+
+namespace mien::player {
+namespace {
+
+constexpr std::size_t kWaitingGroups = 2;  // complete ones behind the current: enough for sound to run ahead
+
+}  // namespace
+
+void GroupDecoder::restart(std::int64_t first_frame) {
+    pending_.clear();
+    motions_.clear();
+    texture_ = {};
+    open_ = finished_ = false;
+    first_wanted_ = first_frame;
+    last_given_ = first_frame - 1;
+}
+
+void GroupDecoder::add(protocol::Group group) {
+    Pending& pending = pending_[group.group];
+    (group.slot == stream_.motion_slot ? pending.motion : pending.texture) = std::move(group);
+}
+
+bool GroupDecoder::wants_group() const {
+    if (finished_) return false;
+    std::size_t waiting = 0;
+    for (const auto& [number, group] : pending_) waiting += complete(group);
+    return waiting < kWaitingGroups;
+}
+
+bool GroupDecoder::has_work() const {
+    if (open_) return true;
+    for (const auto& [number, group] : pending_)
+        if (complete(group)) return true;
+    return false;
+}
+
+void GroupDecoder::drop_incomplete() {
+    // Groups come in order of their numbers: one that lacks a part when a later one is whole will never be whole.
+    while (!pending_.empty() && !complete(pending_.begin()->second)) {
+        pending_.erase(pending_.begin());
+        ++damaged_;
+    }
+}
+
+bool GroupDecoder::begin_group() {
+    drop_incomplete();
+    if (pending_.empty()) return false;
+    Pending group = std::move(pending_.begin()->second);
+    pending_.erase(pending_.begin());
+    stream_.motion.begin_group();
+    motions_.clear();
+    std::int64_t frame = group.motion->first_time;
+    for (const protocol::Object& object : group.motion->objects) {
+        auto decoded = stream_.motion.decode(object, frame);
+        if (!decoded.ok()) return give_up(decoded.error().message), false;
+        for (model::Motion& motion : *decoded) motions_.emplace(motion.frame, std::move(motion));
+        frame += object.frames;
+    }
+    if (stream_.texture) {
+        texture_ = std::move(*group.texture);
+        stream_.texture->begin_group(texture_.first_time);
+        next_object_ = 0;
+    }
+    return open_ = true;
+}
+
+void GroupDecoder::give_up(const std::string& why) {
+    ++damaged_;
+    last_damage_ = why;
+    open_ = false;
+    motions_.clear();
+}
+
+void GroupDecoder::join(std::vector<decoder::TextureFrame> pictures, std::vector<PlayFrame>& frames) {
+    for (decoder::TextureFrame& picture : pictures) {
+        auto motion = motions_.extract(picture.frame);
+        if (motion.empty() || picture.frame <= last_given_) continue;
+        last_given_ = picture.frame;
+        frames.push_back({picture.frame, std::move(motion.mapped()), std::move(picture)});
+    }
+}
+
+std::vector<PlayFrame> GroupDecoder::step() {
+    std::vector<PlayFrame> frames;
+    if (!open_ && !begin_group()) return frames;
+    if (!stream_.texture) {
+        for (auto& [number, motion] : motions_)
+            if (number > last_given_) frames.push_back({last_given_ = number, std::move(motion), std::nullopt});
+        motions_.clear();
+        open_ = false;
+        return frames;
+    }
+    const bool last = next_object_ == texture_.objects.size();
+    auto pictures = last ? stream_.texture->end_group() : stream_.texture->push(texture_.objects[next_object_++]);
+    if (!pictures.ok()) return give_up(pictures.error().message), frames;
+    join(std::move(*pictures), frames);
+    if (last) {
+        open_ = false;
+        motions_.clear();
+    }
+    return frames;
+}
+
+std::int64_t GroupDecoder::skip_to(std::int64_t due) {
+    if (!open_) return 0;
+    for (const auto& [number, group] : pending_) {
+        if (!complete(group) || group.motion->first_time > due) continue;
+        const std::int64_t skipped = std::int64_t(motions_.size());
+        motions_.clear();
+        open_ = false;
+        return skipped;
+    }
+    return 0;
+}
+
+}  // namespace mien::player

@@ -1,0 +1,278 @@
+#include "player/headless.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <mutex>
+#include <optional>
+
+#include "core/environment_error.hpp"
+#include "core/picture_measures.hpp"
+#include "io/image_file.hpp"
+#include "media/video_writer.hpp"
+#include "player/contact_sheet.hpp"
+#include "player/face_view.hpp"
+#include "player/label.hpp"
+#include "player/session.hpp"
+#include "player/sound_track.hpp"
+#include "player/truth.hpp"
+#include "render/context.hpp"
+
+namespace mien::player {
+namespace {
+
+constexpr std::int64_t kLikenessEvery = 15;   // SSIM of a picture takes longer than drawing it
+constexpr int kTileWidth = 270, kTileHeight = 304;   // of the contact sheet: 2160 pixels across
+
+/// One pass over a stream without a window.
+class HeadlessRun {
+public:
+    HeadlessRun(const Options& options, double process_start) : options_(options), process_start_(process_start) {}
+    Result<void> run();
+
+private:
+    bool wants_movie() const { return options_.output.extension() == ".mp4"; }
+    bool wants_png() const { return !options_.output.empty() && !wants_movie(); }
+    Result<void> open();
+    Result<PlayFrame> next_frame();
+    Result<PlayFrame> frame_at(std::int64_t frame);
+    Result<void> make_picture();
+    Result<Sound> fetch_sound();
+    Result<void> make_movie();
+    Result<void> make_sheet();
+    Result<void> movie_frame(const PlayFrame& frame, render::Target& target);
+    void sheet_moment(int moment);
+    void show(const PlayFrame& frame);
+    Image picture(const render::OrbitCamera& camera, render::Target& target);
+    void drawn();
+
+    const Options& options_;
+    double process_start_;
+    Statistics statistics_;
+    Session session_;
+    SoundTrack sound_;
+    std::optional<render::OffscreenContext> context_;
+    std::optional<FaceView> face_;
+    std::unique_ptr<TruthView> truth_;
+    std::optional<ContactSheet> sheet_;
+    std::optional<render::Target> sheet_target_;
+    std::optional<media::VideoWriter> movie_;
+    std::int64_t first_ = 0, end_ = 0;     // frames wanted, end_ not included
+    std::int64_t written_ = 0;             // frames of the movie, at its own rate
+    double busy_ = 0;                      // seconds spent on what was received
+    std::optional<PictureComparison> likeness_;   // of received and truth pictures
+};
+
+Result<void> HeadlessRun::open() {
+    SessionOptions wanted;
+    wanted.source.start = options_.time;
+    wanted.source.rate = 0;
+    wanted.source.cache = open_cache(options_);
+    wanted.source.max_reconnects = 8;
+    wanted.source.on_status = [](const net::SourceStatus& status) {
+        if (status.state == net::SourceState::reconnecting)
+            fmt::print(stderr, "mien-play: connection lost, reconnecting ({})\n", status.reason);
+    };
+    wanted.sound = options_.sound && wants_movie();
+    wanted.sound_first = wanted.sound;
+    wanted.wait = options_.wait;
+    wanted.sound_sink = [this](const StreamModel&) {
+        return [this](decoder::SoundDecoder::Block block) { sound_.add(std::move(block)); };
+    };
+    MIEN_TRY(session, open_session(options_.input, std::move(wanted)));
+    session_ = std::move(session);
+    const StreamModel& stream = *session_.stream;
+    const double rate = stream.frame_rate.value();
+    first_ = options_.first_frame.value_or(std::int64_t(std::floor(options_.time * rate + 1e-6)));
+    end_ = options_.end_frame.value_or(stream.frames > 0 ? stream.frames : first_ + std::int64_t(std::ceil(10 * rate)));
+    if (stream.frames > 0) end_ = std::min(end_, stream.frames);
+    if (first_ >= end_)
+        return Error{ErrorCode::invalid, fmt::format("nothing to show: the stream has {} frames ({:.2f} s)", stream.frames,
+                                                     stream.seconds())};
+    context_.emplace();
+    statistics_.renderer = render::renderer_name();
+    face_.emplace(stream);
+    if (options_.compare.empty()) return {};
+    MIEN_TRY(truth, TruthView::open(options_.compare, stream.model));
+    if (truth->frames() < end_)
+        return Error{ErrorCode::mismatch, fmt::format("{} has {} frames, the stream {}", options_.compare.string(),
+                                                      truth->frames(), end_)};
+    truth_ = std::move(truth);
+    return {};
+}
+
+Result<PlayFrame> HeadlessRun::next_frame() {
+    const auto failed = [&] { return session_.source->status().state == net::SourceState::failed; };
+    if (auto frame = session_.decode->wait_pop(failed)) return std::move(*frame);
+    if (failed()) return Error{ErrorCode::unavailable, session_.source->status().reason};
+    return Error{ErrorCode::truncated, "the stream ended before the last frame that was asked for"};
+}
+
+Result<PlayFrame> HeadlessRun::frame_at(std::int64_t frame) {
+    session_.decode->seek(double(frame) / session_.stream->frame_rate.value());
+    return next_frame();
+}
+
+void HeadlessRun::show(const PlayFrame& frame) { face_->show(frame); }
+
+void HeadlessRun::drawn() {
+    if (statistics_.frames++ == 0) statistics_.startup = steady_seconds() - process_start_;
+}
+
+Image HeadlessRun::picture(const render::OrbitCamera& camera, render::Target& target) {
+    face_->draw(camera.camera(), {}, target);
+    return target.read();
+}
+
+Result<void> HeadlessRun::make_picture() {
+    MIEN_TRY(frame, frame_at(first_));
+    show(frame);
+    render::Target target(options_.width, options_.height, render::Smoothing::supersample);
+    const auto camera = face_->framing(float(options_.width) / float(options_.height), options_.view);
+    Image image = picture(camera, target);
+    drawn();
+    if (truth_) {
+        MIEN_CHECK(truth_->show(frame.frame));
+        truth_->draw(camera.camera(), {}, target);
+        const Image truth = target.read();
+        likeness_.emplace(image.width, image.height);
+        likeness_->add(truth, image);
+        Image both(2 * options_.width, options_.height, 3);
+        paste(both, truth, 0, 0);
+        paste(both, image, options_.width, 0);
+        image = std::move(both);
+    }
+    io::write_image(options_.output, image);
+    return {};
+}
+
+void HeadlessRun::sheet_moment(int moment) {
+    for (int v = 0; v < int(ContactSheet::kViews.size()); ++v) {
+        const float aspect = float(kTileWidth) / kTileHeight;
+        sheet_->place(moment, v, picture(face_->framing(aspect, ContactSheet::kViews[std::size_t(v)]), *sheet_target_));
+    }
+    drawn();
+}
+
+Result<void> HeadlessRun::make_sheet() {
+    for (int i = 0; i < ContactSheet::kMoments; ++i) {
+        MIEN_TRY(frame, frame_at(sheet_->moments()[std::size_t(i)]));
+        show(frame);
+        sheet_moment(i);
+    }
+    return {};
+}
+
+Result<void> HeadlessRun::movie_frame(const PlayFrame& frame, render::Target& target) {
+    const double start = steady_seconds();
+    show(frame);
+    const auto camera = face_->framing(float(options_.width) / float(options_.height), options_.view);
+    Image image = picture(camera, target);
+    busy_ += steady_seconds() - start;
+    drawn();
+    if (truth_) {
+        MIEN_CHECK(truth_->show(frame.frame));
+        truth_->draw(camera.camera(), {}, target);
+        const Image truth = target.read();
+        if ((frame.frame - first_) % kLikenessEvery == 0) likeness_->add(truth, image);
+        Image both(2 * options_.width, options_.height, 3);
+        paste(both, truth, 0, 0);
+        paste(both, image, options_.width, 0);
+        draw_label(both, 16, 14, 2, "truth");
+        draw_label(both, options_.width + 16, 14, 2, "received");
+        image = std::move(both);
+    }
+    // A movie of another rate repeats or leaves out pictures: each shows what is due at its own time.
+    const Rational own = session_.stream->frame_rate, rate = options_.frame_rate.value_or(own);
+    const double until = double(frame.frame + 1 - first_) / own.value();
+    while (double(written_) / rate.value() < until - 1e-9) {
+        movie_->write(image);
+        ++written_;
+    }
+    return {};
+}
+
+/// A movie file wants its sound before its pictures, so the sound track comes by itself first; it is small.
+Result<Sound> HeadlessRun::fetch_sound() {
+    const StreamModel& stream = *session_.stream;
+    const double start = double(first_) / stream.frame_rate.value(), end = double(end_) / stream.frame_rate.value();
+    session_.decode->seek(start);
+    const auto over = [&] {
+        return sound_.end() >= end || session_.source->status().state == net::SourceState::failed;
+    };
+    while (session_.decode->wait_pop(over)) {}
+    if (session_.source->status().state == net::SourceState::failed)
+        return Error{ErrorCode::unavailable, session_.source->status().reason};
+    session_.source->select(stream.slots() & ~(std::uint64_t(1) << stream.sound_slot));
+    return sound_.between(start, end);
+}
+
+Result<void> HeadlessRun::make_movie() {
+    const Rational own = session_.stream->frame_rate;
+    media::VideoWriter::Movie wanted;
+    if (session_.stream->sound) {
+        MIEN_TRY(sound, fetch_sound());
+        wanted.sound = std::move(sound);
+    }
+    movie_ = media::VideoWriter::movie(options_.output, options_.width * (truth_ ? 2 : 1), options_.height,
+                                       options_.frame_rate.value_or(own), std::move(wanted));
+    render::Target target(options_.width, options_.height, render::live_smoothing());
+    if (truth_) likeness_.emplace(options_.width, options_.height);
+
+    session_.decode->seek(double(first_) / own.value());
+    std::size_t moment = 0;
+    for (std::int64_t next = first_; next < end_;) {
+        const double start = steady_seconds();
+        MIEN_TRY(frame, next_frame());
+        busy_ += steady_seconds() - start;
+        if (frame.frame >= end_) break;
+        MIEN_CHECK(movie_frame(frame, target));
+        while (sheet_ && moment < sheet_->moments().size() && sheet_->moments()[moment] <= frame.frame)
+            sheet_moment(int(moment++));
+        next = frame.frame + 1;
+    }
+    movie_->finish();
+    return {};
+}
+
+Result<void> HeadlessRun::run() {
+    MIEN_CHECK(open());
+    if (!options_.sheet.empty()) {
+        sheet_.emplace(first_, end_, kTileWidth, kTileHeight);
+        sheet_target_.emplace(kTileWidth, kTileHeight, render::Smoothing::supersample);
+    }
+    if (wants_png()) MIEN_CHECK(make_picture());
+    if (wants_movie()) {
+        MIEN_CHECK(make_movie());
+    } else if (sheet_) {
+        MIEN_CHECK(make_sheet());
+    }
+    if (sheet_) io::write_image(options_.sheet, sheet_->finish(session_.stream->frame_rate));
+    if (busy_ > 0) statistics_.frames_per_second = double(statistics_.frames) / busy_;
+    if (likeness_ && likeness_->frames() > 0) {
+        statistics_.rendered_psnr = likeness_->psnr_y();
+        statistics_.rendered_ssim = likeness_->ssim();
+    }
+    session_.collect(statistics_);
+    if (!options_.stats.empty()) write_json(options_.stats, statistics_);
+    return {};
+}
+
+}  // namespace
+
+double steady_seconds() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+int run_headless(const Options& options, double process_start) {
+    HeadlessRun run(options, process_start);
+    if (auto done = run.run(); !done.ok()) {
+        fmt::print(stderr, "mien-play: {}\n", done.error().message);
+        return 1;
+    }
+    return 0;
+}
+
+}  // namespace mien::player

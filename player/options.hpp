@@ -1,0 +1,32 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "core/rational.hpp"
+#include "render/camera.hpp"
+
+namespace mien::player {
+
+/// What the command line asks for.
+struct Options {
+    std::string input;                                   ///< mien:// URL or a file
+    bool headless = false;
+    std::filesystem::path output;                        ///< .png or .mp4
+    std::filesystem::path sheet;                         ///< contact sheet PNG
+    std::filesystem::path compare;                       ///< clip folder with the truth
+    std::filesystem::path stats;                         ///< JSON
+    render::View view = render::View::front;
+    int width = 640, height = 720;
+    double time = 0;                                     ///< seconds: start, or the moment of a PNG
+    std::optional<std::int64_t> first_frame, end_frame;  ///< --frames A:B, B not included
+    std::optional<Rational> frame_rate;                  ///< of the mp4; default: the stream's own
+    std::optional<std::filesystem::path> cache;          ///< folder; none: no cache
+    bool loop = false;
+    bool list = false;
+    bool sound = true;
+    double wait = 20;                                    ///< seconds to wait for the stream to be ready
+};
+
+}  // namespace mien::player

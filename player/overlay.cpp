@@ -1,0 +1,94 @@
+#include "player/overlay.hpp"
+
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
+#include <imgui.h>
+
+#include <algorithm>
+
+namespace mien::player {
+namespace {
+
+constexpr ImGuiWindowFlags kPlain = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs |
+                                    ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings |
+                                    ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav;
+
+constexpr const char* kHelp[][2] = {
+    {"space", "pause"},          {"left, right", "5 seconds"},  {"up, down", "1 minute"},     {". ,", "one frame"},
+    {"[ ]", "speed"},            {"backspace", "normal speed"}, {"m", "mute"},                {"f", "full screen"},
+    {"i", "statistics"},         {"s", "screenshot"},           {"w", "wireframe"},           {"1", "texture"},
+    {"2", "motion"},             {"3", "head pose"},            {"4", "gaze"},                {"5", "light"},
+    {"r", "reset the view"},     {"q", "quit"},                 {"left mouse", "orbit"},      {"right mouse", "pan"},
+    {"wheel", "zoom"},           {"drop a file", "play it"},
+};
+
+}  // namespace
+
+Overlay::Overlay(GLFWwindow* window, float scale) : scale_(scale) {
+    IMGUI_CHECKVERSION();
+    ImGui::CreateContext();
+    ImGuiIO& io = ImGui::GetIO();
+    io.IniFilename = nullptr;   // nothing of ours is to be remembered in the folder one happens to be in
+    ImFontConfig font;
+    font.SizePixels = 13 * std::max(1.0f, scale);
+    io.Fonts->AddFontDefault(&font);
+    ImGui::StyleColorsDark();
+    ImGui::GetStyle().ScaleAllSizes(scale);
+    ImGui_ImplGlfw_InitForOpenGL(window, false);
+    ImGui_ImplOpenGL3_Init("#version 450 core");
+}
+
+Overlay::~Overlay() {
+    ImGui_ImplOpenGL3_Shutdown();
+    ImGui_ImplGlfw_Shutdown();
+    ImGui::DestroyContext();
+}
+
+void Overlay::draw(const Content& content) {
+    ImGui_ImplOpenGL3_NewFrame();
+    ImGui_ImplGlfw_NewFrame();
+    ImGui::NewFrame();
+    const ImVec2 size = ImGui::GetIO().DisplaySize;
+    const float margin = 10 * scale_;
+    if (!content.statistics.empty()) {
+        ImGui::SetNextWindowPos({margin, margin});
+        ImGui::SetNextWindowBgAlpha(0.55f);
+        ImGui::Begin("statistics", nullptr, kPlain);
+        for (const std::string& line : content.statistics) ImGui::TextUnformatted(line.c_str());
+        ImGui::End();
+    }
+    if (content.help) {
+        ImGui::SetNextWindowPos({size.x / 2, size.y / 2}, ImGuiCond_Always, {0.5f, 0.5f});
+        ImGui::SetNextWindowBgAlpha(0.75f);
+        ImGui::Begin("help", nullptr, kPlain);
+        for (const auto& [key, meaning] : kHelp) {
+            ImGui::TextUnformatted(key);
+            ImGui::SameLine(110 * scale_);
+            ImGui::TextUnformatted(meaning);
+        }
+        ImGui::End();
+    }
+    if (!content.message.empty()) {
+        ImGui::SetNextWindowPos({size.x / 2, size.y - 46 * scale_}, ImGuiCond_Always, {0.5f, 1});
+        ImGui::SetNextWindowBgAlpha(0.65f);
+        ImGui::Begin("message", nullptr, kPlain);
+        ImGui::PushTextWrapPos(size.x - 4 * margin);
+        ImGui::TextUnformatted(content.message.c_str());
+        ImGui::PopTextWrapPos();
+        ImGui::End();
+    }
+    if (content.time_line >= 0) {
+        ImDrawList* list = ImGui::GetForegroundDrawList();
+        const float y = size.y - 14 * scale_, text = ImGui::CalcTextSize(content.clock.c_str()).x;
+        const float left = margin, right = size.x - 2 * margin - text;
+        const float at = left + (right - left) * float(std::min(1.0, content.time_line));
+        list->AddLine({left, y}, {right, y}, IM_COL32(255, 255, 255, 60), 3 * scale_);
+        list->AddLine({left, y}, {at, y}, IM_COL32(232, 168, 120, 230), 3 * scale_);
+        list->AddCircleFilled({at, y}, 5 * scale_, IM_COL32(244, 214, 190, 255));
+        list->AddText({size.x - margin - text, y - 7 * scale_}, IM_COL32(230, 230, 230, 220), content.clock.c_str());
+    }
+    ImGui::Render();
+    ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+}
+
+}  // namespace mien::player

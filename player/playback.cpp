@@ -1,0 +1,119 @@
+#include "player/playback.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mien::player {
+
+Playback::Playback(Session session, std::unique_ptr<SoundOutput> sound, bool loop)
+    : sound_(std::move(sound)), session_(std::move(session)), frame_rate_(session_.stream->frame_rate.value()), loop_(loop) {}
+
+void Playback::start(double now) {
+    clock_.run(now);
+    if (sound_) sound_->play();
+}
+
+void Playback::halt(double now) {
+    clock_.stop(now);
+    if (sound_) sound_->pause();
+}
+
+std::optional<PlayFrame> Playback::shown(std::optional<PlayFrame> frame) {
+    if (frame) shown_frame_ = frame->frame;
+    return frame;
+}
+
+std::optional<PlayFrame> Playback::tick(double now) {
+    DecodeThread& decode = *session_.decode;
+    if (show_next_) {
+        auto frame = decode.pop();
+        if (!frame) return std::nullopt;
+        show_next_ = false;
+        return shown(std::move(frame));
+    }
+    if (paused_ || ended_) return std::nullopt;
+    if (waiting_) {
+        if (!decode.ready() && !decode.drained()) return std::nullopt;
+        waiting_ = false;
+        start(now);
+    }
+    if (sound_)
+        if (const auto heard = sound_->heard()) clock_.follow(now, *heard);
+    const auto due = std::int64_t(std::floor(clock_.at(now) * frame_rate_ + 1e-6));
+    decode.set_due(due);
+    auto frame = decode.take(due);
+    if (!frame && decode.empty()) {
+        if (decode.drained()) {
+            // The last frame stays for its own length.
+            if (due > shown_frame_) {
+                if (loop_) {
+                    seek(now, 0);
+                } else {
+                    halt(now);
+                    ended_ = true;
+                }
+            }
+        } else if (decode.starved() && due > shown_frame_ + 1) {
+            halt(now);
+            waiting_ = true;
+            ++stalls_;
+        }
+    }
+    return shown(std::move(frame));
+}
+
+void Playback::toggle_pause(double now) {
+    if (ended_) return seek(now, 0);
+    paused_ = !paused_;
+    if (!paused_ && stepped_) seek(now, shown_frame_ / frame_rate_);   // sound stayed where the pause began
+    if (!waiting_) paused_ ? halt(now) : start(now);
+    session_.source->pause(paused_);
+}
+
+void Playback::seek(double now, double seconds) {
+    const double end = session_.stream->frames > 0 ? (session_.stream->frames - 1) / frame_rate_ : seconds;
+    // On a frame's own time, so that the clock and the frame agree when it comes.
+    const double target = std::round(std::clamp(seconds, 0.0, std::max(0.0, end)) * frame_rate_) / frame_rate_;
+    halt(now);
+    session_.decode->seek(target, [&] {
+        if (sound_) sound_->flush(target);
+    });
+    clock_.set(target);
+    shown_frame_ = std::int64_t(std::llround(target * frame_rate_));
+    waiting_ = show_next_ = true;
+    ended_ = stepped_ = false;
+}
+
+void Playback::step(double now, int frames) {
+    if (!paused_) toggle_pause(now);
+    if (ended_) return seek(now, shown_frame_ / frame_rate_);
+    if (frames == 1 && !session_.decode->empty() && !show_next_) {
+        show_next_ = true;
+        stepped_ = true;
+        clock_.set((shown_frame_ + 1) / frame_rate_);
+        return;
+    }
+    seek(now, (shown_frame_ + frames) / frame_rate_);
+}
+
+void Playback::set_rate(double now, double rate) {
+    rate = std::clamp(rate, 0.25, 4.0);
+    clock_.set_rate(now, rate);
+    if (sound_) sound_->set_rate(rate);
+    session_.source->set_rate(rate);
+}
+
+void Playback::toggle_mute() {
+    muted_ = !muted_;
+    if (sound_) sound_->set_muted(muted_);
+}
+
+double Playback::position(double now) const { return clock_.at(now); }
+
+std::optional<double> Playback::sound_lead(double now) const {
+    const auto heard = sound_ ? sound_->heard() : std::nullopt;
+    if (!heard) return std::nullopt;
+    return *heard - clock_.at(now);
+}
+
+}  // namespace mien::player

@@ -1,0 +1,57 @@
+#include "player/session.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+
+#include "core/environment_error.hpp"
+#include "net/blob_cache.hpp"
+
+namespace mien::player {
+
+void Session::collect(Statistics& statistics) const {
+    statistics.source = source->statistics();
+    statistics.dropped = decode->dropped();
+    statistics.damaged_groups = decode->damaged_groups();
+    statistics.motion_bytes = decode->bytes_of(stream->motion_slot);
+    if (stream->texture) statistics.texture_bytes = decode->bytes_of(stream->texture_slot);
+    if (stream->sound) statistics.sound_bytes = decode->bytes_of(stream->sound_slot);
+}
+
+Result<Session> open_session(const std::string& input, SessionOptions options) {
+    using namespace std::chrono_literals;
+    Session session;
+    MIEN_TRY(source, net::open_source(input, options.source));
+    session.source = std::move(source);
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(options.wait);
+    for (;;) {
+        auto ready = session.source->wait_ready(200ms);
+        if (ready.ok()) break;
+        const net::SourceStatus status = session.source->status();
+        if (status.state == net::SourceState::failed || ready.error().code != ErrorCode::unavailable) return ready.error();
+        if (options.give_up && options.give_up()) return Error{ErrorCode::unavailable, "stopped"};
+        if (std::chrono::steady_clock::now() > deadline)
+            return Error{ErrorCode::unavailable, fmt::format("{} did not answer within {:.0f} s{}{}", input, options.wait,
+                                                             status.reason.empty() ? "" : ": ", status.reason)};
+    }
+    MIEN_TRY(stream, open_stream_model(*session.source, options.sound));
+    session.stream = std::make_unique<StreamModel>(std::move(stream));
+    const bool sound_only = options.sound_first && session.stream->sound;
+    session.source->select(sound_only ? std::uint64_t(1) << session.stream->sound_slot : session.stream->slots());
+    session.decode = std::make_unique<DecodeThread>(
+        *session.source, *session.stream,
+        options.sound_sink ? options.sound_sink(*session.stream) : DecodeThread::SoundSink{});
+    return session;
+}
+
+std::shared_ptr<net::BlobCache> open_cache(const Options& options) {
+    if (!options.cache) return nullptr;
+    try {
+        return std::make_shared<net::DiskBlobCache>(*options.cache);
+    } catch (const EnvironmentError& error) {
+        fmt::print(stderr, "mien-play: {}; playing without a cache\n", error.what());
+        return nullptr;
+    }
+}
+
+}  // namespace mien::player

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "player/decode_thread.hpp"
+#include "player/options.hpp"
+#include "player/statistics.hpp"
+
+namespace mien::player {
+
+/// A stream that is open: its source, what it announces, and the thread that decodes it.
+struct Session {
+    std::unique_ptr<net::StreamSource> source;
+    std::unique_ptr<StreamModel> stream;
+    std::unique_ptr<DecodeThread> decode;   // last: it goes first
+
+    void collect(Statistics& statistics) const;
+};
+
+struct SessionOptions {
+    net::SourceOptions source;
+    bool sound = true;
+    bool sound_first = false;               ///< only the sound is asked for at first, when there is any
+    double wait = 20;                       ///< seconds until the stream must be ready
+    /// Where decoded sound goes; may be set by what is known only after the header has come.
+    std::function<DecodeThread::SoundSink(const StreamModel&)> sound_sink;
+    std::function<bool()> give_up;          ///< asked while waiting; true ends it
+};
+
+/// Opens a URL or file and waits until it can play.
+Result<Session> open_session(const std::string& input, SessionOptions options);
+
+/// The blob cache that the options ask for; null for none. A folder that cannot be made is told on stderr and done without.
+std::shared_ptr<net::BlobCache> open_cache(const Options& options);
+
+}  // namespace mien::player

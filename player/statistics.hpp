@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "net/source.hpp"
+
+namespace mien::player {
+
+/// What a run of the player was like; `--stats-json` and the overlay.
+struct Statistics {
+    double startup = 0;                ///< seconds from the start of the process to the first frame drawn
+    std::int64_t frames = 0;           ///< drawn
+    double frames_per_second = 0;      ///< of decoding and drawing what was received (headless: as fast as it goes)
+    std::uint64_t dropped = 0;         ///< frames decoded or skipped, never shown, because they came too late
+    std::uint32_t stalls = 0;          ///< times playing had to wait for the network
+    std::uint64_t damaged_groups = 0;
+    std::uint64_t motion_bytes = 0, texture_bytes = 0, sound_bytes = 0;   ///< of objects
+    net::SourceStatistics source;
+    std::string renderer;
+    /// Of the received against the truth pictures, --compare.
+    std::optional<double> rendered_psnr, rendered_ssim;
+};
+
+std::string to_json(const Statistics& statistics);
+/// Throws EnvironmentError.
+void write_json(const std::filesystem::path& path, const Statistics& statistics);
+
+}  // namespace mien::player

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string_view>
+
+#include "render/camera.hpp"
+#include "render/look.hpp"
+
+namespace mien::player {
+
+/// What the mouse does to the camera: left button orbits, right or middle pans, the wheel zooms. Pixels in, camera out.
+class ViewControls {
+public:
+    void reset(const render::OrbitCamera& home) { camera_ = home; }
+    void drag(bool pans, double dx, double dy, int picture_height);   ///< pixels, y down
+    void wheel(double notches);
+    const render::OrbitCamera& camera() const { return camera_; }
+
+private:
+    render::OrbitCamera camera_;
+};
+
+/// Switches layer 1 .. 5 of the look: texture, motion, head pose, gaze, light. The name says what is switched.
+std::string_view toggle_layer(render::Look& look, int layer);
+bool layer_on(const render::Look& look, int layer);
+
+}  // namespace mien::player

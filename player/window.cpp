@@ -1,0 +1,393 @@
+#include "player/window.hpp"
+
+// epoxy-free: everything OpenGL is in the render room and in Dear ImGui.
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <future>
+
+#include "core/environment_error.hpp"
+#include "io/image_file.hpp"
+#include "player/face_view.hpp"
+#include "player/headless.hpp"
+#include "player/overlay.hpp"
+#include "player/playback.hpp"
+#include "player/screenshot.hpp"
+#include "player/view_controls.hpp"
+#include "render/context.hpp"
+
+namespace mien::player {
+namespace {
+
+constexpr double kMessageSeconds = 2.5;
+constexpr double kIdleWait = 0.004;   // seconds: how late a due frame can be noticed when the screen sets no beat
+
+struct Glfw {
+    Glfw() {
+        const char* why = nullptr;
+        if (glfwInit()) return;
+        glfwGetError(&why);
+        throw EnvironmentError(fmt::format("no display to open a window on ({}); use --headless --output FILE.png or FILE.mp4",
+                                           why ? why : "no X11 or Wayland"));
+    }
+    ~Glfw() { glfwTerminate(); }
+};
+
+struct DestroyWindow {
+    void operator()(GLFWwindow* window) const { glfwDestroyWindow(window); }
+};
+
+/// What opening a stream in the background gives.
+struct Opened {
+    Result<Session> session;
+    std::unique_ptr<SoundOutput> sound;
+    std::string no_sound;
+};
+
+Opened open_stream(const Options& options, std::string input, std::shared_ptr<std::atomic<bool>> cancelled) {
+    SessionOptions wanted;
+    wanted.source.start = options.time;
+    wanted.source.cache = open_cache(options);
+    wanted.sound = options.sound;
+    wanted.wait = options.wait;
+    wanted.give_up = [cancelled] { return cancelled->load(); };
+    Opened opened{Error{ErrorCode::missing, ""}, nullptr, ""};
+    wanted.sound_sink = [&](const StreamModel& stream) -> DecodeThread::SoundSink {
+        if (stream.sound) opened.sound = SoundOutput::open(stream.sample_rate, &opened.no_sound);
+        if (!opened.sound) return {};
+        opened.sound->flush(0);
+        return [sound = opened.sound.get()](decoder::SoundDecoder::Block block) {
+            sound->push(block.first_sample, std::move(block.sound));
+        };
+    };
+    opened.session = open_session(input, std::move(wanted));
+    return opened;
+}
+
+std::string clock_text(double seconds) {
+    const int whole = int(std::max(0.0, seconds));
+    return fmt::format("{}:{:02d}", whole / 60, whole % 60);
+}
+
+class PlayerWindow {
+public:
+    PlayerWindow(const Options& options, double process_start);
+    ~PlayerWindow();
+    int run();
+
+private:
+    void open(std::string input);
+    void poll_opening(double now);
+    void draw(double now);
+    void key(int key, double now);
+    void character(unsigned code, double now);
+    void say(std::string text, double now) { message_ = std::move(text), message_until_ = now + kMessageSeconds; }
+    void toggle_full_screen();
+    void screenshot(double now);
+    Overlay::Content content(double now);
+    std::vector<std::string> statistics_lines(double now);
+    void finish_statistics();
+
+    Options options_;
+    double process_start_;
+    Glfw glfw_;
+    std::unique_ptr<GLFWwindow, DestroyWindow> window_;
+    std::optional<Overlay> overlay_;
+    std::optional<render::Target> target_;
+    std::string input_, failure_;
+    std::shared_ptr<std::atomic<bool>> cancelled_ = std::make_shared<std::atomic<bool>>(false);
+    std::future<Opened> opening_;
+    std::unique_ptr<Playback> playback_;
+    std::unique_ptr<FaceView> face_;
+    ViewControls controls_;
+    render::Look look_;
+    Statistics statistics_;
+    bool framed_ = false, show_statistics_ = false, show_help_ = false, dirty_ = true;
+    std::string message_;
+    double message_until_ = 0, last_input_ = -1e9, mouse_x_ = 0, mouse_y_ = 0;
+    double counted_since_ = 0, shown_per_second_ = 0, draw_seconds_ = 0;
+    int counted_ = 0;
+    int windowed_[4] = {0, 0, 640, 720};
+};
+
+PlayerWindow& self(GLFWwindow* window) { return *static_cast<PlayerWindow*>(glfwGetWindowUserPointer(window)); }
+
+PlayerWindow::PlayerWindow(const Options& options, double process_start) : options_(options), process_start_(process_start) {
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
+    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+    glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
+    glfwWindowHint(GLFW_DEPTH_BITS, 0);
+    window_.reset(glfwCreateWindow(options.width, options.height, "mien", nullptr, nullptr));
+    if (!window_) {
+        const char* why = nullptr;
+        glfwGetError(&why);
+        throw EnvironmentError(fmt::format("this display has no OpenGL 4.5 ({}); use --headless --output FILE.png or FILE.mp4",
+                                           why ? why : "no reason given"));
+    }
+    GLFWwindow* window = window_.get();
+    glfwSetWindowUserPointer(window, this);
+    glfwMakeContextCurrent(window);
+    glfwSwapInterval(1);
+    glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int, int action, int) {
+        if (action != GLFW_RELEASE) self(w).key(key, steady_seconds());
+    });
+    glfwSetCharCallback(window, [](GLFWwindow* w, unsigned code) { self(w).character(code, steady_seconds()); });
+    glfwSetScrollCallback(window, [](GLFWwindow* w, double, double notches) {
+        self(w).controls_.wheel(notches);
+        self(w).dirty_ = true;
+    });
+    glfwSetCursorPosCallback(window, [](GLFWwindow* w, double x, double y) {
+        PlayerWindow& player = self(w);
+        const bool orbits = glfwGetMouseButton(w, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
+        const bool pans = glfwGetMouseButton(w, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS ||
+                          glfwGetMouseButton(w, GLFW_MOUSE_BUTTON_MIDDLE) == GLFW_PRESS;
+        int width = 0, height = 1;
+        glfwGetWindowSize(w, &width, &height);
+        if (orbits || pans) player.controls_.drag(pans, x - player.mouse_x_, y - player.mouse_y_, std::max(1, height));
+        player.mouse_x_ = x;
+        player.mouse_y_ = y;
+        player.last_input_ = steady_seconds();
+        player.dirty_ = true;
+    });
+    glfwSetDropCallback(window, [](GLFWwindow* w, int count, const char** paths) {
+        if (count > 0) self(w).open(paths[0]);
+    });
+    const auto refresh = [](GLFWwindow* w) { self(w).dirty_ = true; };
+    glfwSetWindowRefreshCallback(window, refresh);
+    glfwSetFramebufferSizeCallback(window, [](GLFWwindow* w, int, int) { self(w).dirty_ = true; });
+    float scale = 1, other = 1;
+    glfwGetWindowContentScale(window, &scale, &other);
+    overlay_.emplace(window, scale);
+    statistics_.renderer = render::renderer_name();
+    if (!options.input.empty()) open(options.input);
+}
+
+PlayerWindow::~PlayerWindow() {
+    *cancelled_ = true;
+    if (opening_.valid()) opening_.wait();
+}
+
+void PlayerWindow::open(std::string input) {
+    *cancelled_ = true;
+    if (opening_.valid()) opening_.wait();
+    cancelled_ = std::make_shared<std::atomic<bool>>(false);
+    playback_.reset();
+    face_.reset();
+    framed_ = false;
+    failure_.clear();
+    input_ = std::move(input);
+    glfwSetWindowTitle(window_.get(), fmt::format("{} - mien", input_).c_str());
+    opening_ = std::async(std::launch::async, open_stream, std::cref(options_), input_, cancelled_);
+    dirty_ = true;
+}
+
+void PlayerWindow::poll_opening(double now) {
+    if (!opening_.valid() || opening_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+    Opened opened = opening_.get();
+    dirty_ = true;
+    if (!opened.session.ok()) {
+        failure_ = opened.session.error().message;
+        fmt::print(stderr, "mien-play: {}\n", failure_);
+        return;
+    }
+    if (!opened.no_sound.empty()) say(fmt::format("silent: {}", opened.no_sound), now);
+    face_ = std::make_unique<FaceView>(*opened.session->stream);
+    glfwSetWindowTitle(window_.get(), fmt::format("{} - mien", opened.session->source->header().name).c_str());
+    playback_ = std::make_unique<Playback>(std::move(*opened.session), std::move(opened.sound), options_.loop);
+    if (options_.time > 0) playback_->seek(now, options_.time);
+}
+
+void PlayerWindow::key(int key, double now) {
+    last_input_ = now;
+    dirty_ = true;
+    if (key == GLFW_KEY_ESCAPE && glfwGetWindowMonitor(window_.get())) return toggle_full_screen();
+    if (!playback_) return;
+    switch (key) {
+        case GLFW_KEY_SPACE: return playback_->toggle_pause(now);
+        case GLFW_KEY_LEFT: return playback_->seek_by(now, -5);
+        case GLFW_KEY_RIGHT: return playback_->seek_by(now, 5);
+        case GLFW_KEY_UP: return playback_->seek_by(now, 60);
+        case GLFW_KEY_DOWN: return playback_->seek_by(now, -60);
+        case GLFW_KEY_HOME: return playback_->seek(now, 0);
+        case GLFW_KEY_BACKSPACE: playback_->set_rate(now, 1); return say("speed 1", now);
+        default: return;
+    }
+}
+
+void PlayerWindow::character(unsigned code, double now) {
+    dirty_ = true;
+    switch (code) {
+        case 'q': return glfwSetWindowShouldClose(window_.get(), GLFW_TRUE);
+        case 'f': return toggle_full_screen();
+        case 'i': show_statistics_ = !show_statistics_; return;
+        case '?': show_help_ = !show_help_; return;
+        default: break;
+    }
+    if (!playback_) return;
+    switch (code) {
+        case '.': return playback_->step(now, 1);
+        case ',': return playback_->step(now, -1);
+        case '[':
+        case ']':
+            playback_->set_rate(now, playback_->rate() * (code == '[' ? 1 / 1.1 : 1.1));
+            return say(fmt::format("speed {:.2f}", playback_->rate()), now);
+        case 'm':
+            playback_->toggle_mute();
+            return say(!playback_->has_sound() ? "no sound" : playback_->muted() ? "muted" : "sound on", now);
+        case 's': return screenshot(now);
+        case 'w': look_.wireframe = !look_.wireframe; return;
+        case 'r': framed_ = false; return;
+        default: break;
+    }
+    if (code >= '1' && code <= '5') {
+        const std::string_view name = toggle_layer(look_, int(code - '0'));
+        say(fmt::format("{} {}", name, layer_on(look_, int(code - '0')) ? "on" : "off"), now);
+    }
+}
+
+void PlayerWindow::toggle_full_screen() {
+    GLFWwindow* window = window_.get();
+    if (glfwGetWindowMonitor(window)) {
+        glfwSetWindowMonitor(window, nullptr, windowed_[0], windowed_[1], windowed_[2], windowed_[3], GLFW_DONT_CARE);
+    } else if (GLFWmonitor* monitor = glfwGetPrimaryMonitor()) {
+        glfwGetWindowPos(window, &windowed_[0], &windowed_[1]);
+        glfwGetWindowSize(window, &windowed_[2], &windowed_[3]);
+        const GLFWvidmode* mode = glfwGetVideoMode(monitor);
+        glfwSetWindowMonitor(window, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
+    }
+}
+
+void PlayerWindow::screenshot(double now) {
+    if (!target_ || !face_ || !face_->has_frame()) return;
+    try {
+        const std::filesystem::path path = claim_screenshot(std::filesystem::current_path());
+        render::Target still(target_->width(), target_->height(), render::Smoothing::supersample);
+        face_->draw(controls_.camera().camera(), look_, still);
+        io::write_image(path, still.read());
+        say(fmt::format("saved {}", path.string()), now);
+    } catch (const EnvironmentError& error) {
+        say(error.what(), now);
+    }
+}
+
+std::vector<std::string> PlayerWindow::statistics_lines(double now) {
+    const Session& session = playback_->session();
+    const net::SourceStatistics source = session.source->statistics();
+    const DecodeThread& decode = *session.decode;
+    const StreamModel& stream = *session.stream;
+    std::vector<std::string> lines = {
+        fmt::format("{}", statistics_.renderer),
+        fmt::format("{:.1f} of {:.2f} frames/s, {:.1f} ms to draw", shown_per_second_, stream.frame_rate.value() * playback_->rate(),
+                    1000 * draw_seconds_),
+        fmt::format("buffer {} frames, dropped {}, stalls {}", decode.buffered(), decode.dropped(), playback_->stalls()),
+        fmt::format("received {:.1f} kB, model {:.1f} kB, {} blobs from cache", double(source.bytes) / 1e3,
+                    double(source.blob_bytes) / 1e3, source.blobs_from_cache),
+        fmt::format("motion {:.1f} kB, texture {:.1f} kB, sound {:.1f} kB", double(decode.bytes_of(stream.motion_slot)) / 1e3,
+                    stream.texture ? double(decode.bytes_of(stream.texture_slot)) / 1e3 : 0.0,
+                    stream.sound ? double(decode.bytes_of(stream.sound_slot)) / 1e3 : 0.0),
+        fmt::format("{} points, {} components, damaged groups {}", stream.model.point_count(), stream.composed.size(),
+                    decode.damaged_groups() + source.damaged_groups),
+    };
+    if (source.round_trip > 0 || source.reconnects > 0)
+        lines.push_back(fmt::format("round trip {:.1f} ms, reconnects {}", 1000 * source.round_trip, source.reconnects));
+    if (const auto lead = playback_->sound_lead(now)) lines.push_back(fmt::format("sound {:+.0f} ms", 1000 * *lead));
+    return lines;
+}
+
+Overlay::Content PlayerWindow::content(double now) {
+    Overlay::Content content;
+    content.help = show_help_;
+    if (now < message_until_) content.message = message_;
+    if (!failure_.empty()) content.message = failure_;
+    if (opening_.valid()) content.message = fmt::format("opening {}", input_);
+    if (input_.empty()) content.message = "drop a .mien file here, or start with mien-play URL";
+    if (!playback_) return content;
+    const net::SourceStatus status = playback_->session().source->status();
+    if (status.state == net::SourceState::reconnecting) {
+        content.message = fmt::format("connection lost, reconnecting ({})", status.reason);
+    } else if (status.state == net::SourceState::failed) {
+        content.message = fmt::format("connection lost: {}", status.reason);
+    } else if (playback_->waiting() && content.message.empty()) {
+        content.message = "waiting for data";
+    }
+    if (show_statistics_) content.statistics = statistics_lines(now);
+    const double length = playback_->session().stream->seconds();
+    if (length > 0 && (playback_->paused() || now - last_input_ < 2)) {
+        content.time_line = playback_->position(now) / length;
+        content.clock = fmt::format("{} / {}", clock_text(playback_->position(now)), clock_text(length));
+    }
+    return content;
+}
+
+void PlayerWindow::draw(double now) {
+    int width = 0, height = 0;
+    glfwGetFramebufferSize(window_.get(), &width, &height);
+    if (width <= 0 || height <= 0) return;   // minimised
+    if (!target_ || target_->width() != width || target_->height() != height)
+        target_.emplace(width, height, render::live_smoothing());
+    if (face_ && face_->has_frame()) {
+        if (!std::exchange(framed_, true)) controls_.reset(face_->framing(float(width) / float(height), options_.view));
+        face_->draw(controls_.camera().camera(), look_, *target_);
+    } else {
+        target_->clear();
+    }
+    target_->present(width, height);
+    overlay_->draw(content(now));
+    glfwSwapBuffers(window_.get());
+}
+
+int PlayerWindow::run() {
+    double overlay_until = 0;
+    while (!glfwWindowShouldClose(window_.get())) {
+        const double now = steady_seconds();
+        poll_opening(now);
+        bool fresh = false;
+        if (playback_)
+            if (const auto frame = playback_->tick(now)) {
+                face_->show(*frame);
+                fresh = true;
+                if (statistics_.frames++ == 0) statistics_.startup = now - process_start_;
+                ++counted_;
+            }
+        if (now - counted_since_ >= 1) {
+            shown_per_second_ = counted_ / (now - counted_since_);
+            counted_since_ = now;
+            counted_ = 0;
+            dirty_ = dirty_ || show_statistics_ || !playback_ || playback_->waiting();
+        }
+        // Messages and the time line come and go by themselves.
+        const bool overlaid = now < message_until_ || now - last_input_ < 2;
+        if (overlaid) overlay_until = now + 0.1;
+        if (fresh || std::exchange(dirty_, false) || now < overlay_until) {
+            draw(now);
+            draw_seconds_ += 0.1 * (steady_seconds() - now - draw_seconds_);
+            glfwPollEvents();
+        } else {
+            glfwWaitEventsTimeout(kIdleWait);
+        }
+    }
+    finish_statistics();
+    return failure_.empty() ? 0 : 1;
+}
+
+void PlayerWindow::finish_statistics() {
+    if (options_.stats.empty() || !playback_) return;
+    playback_->session().collect(statistics_);
+    statistics_.stalls = playback_->stalls();
+    statistics_.frames_per_second = draw_seconds_ > 0 ? 1 / draw_seconds_ : 0;
+    write_json(options_.stats, statistics_);
+}
+
+}  // namespace
+
+int run_window(const Options& options, double process_start) {
+    PlayerWindow window(options, process_start);
+    return window.run();
+}
+
+}  // namespace mien::player
