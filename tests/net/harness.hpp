@@ -1,0 +1,155 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/environment_error.hpp"
+#include "net/client.hpp"
+#include "net/server.hpp"
+#include "sample_stream.hpp"
+
+/// What the network tests stand on: a folder of streams, a served one, and plain blocking sockets.
+namespace mien::net::harness {
+
+using namespace std::chrono_literals;
+using protocol::sample::Stream;
+
+constexpr auto kPatience = 20s;  // far above what anything takes, also under a sanitizer on a busy machine
+
+/// A folder of its own that goes with the test.
+class Folder {
+public:
+    Folder() {
+        std::string pattern = (std::filesystem::temp_directory_path() / "mien-net-XXXXXX").string();
+        path_ = ::mkdtemp(pattern.data());
+    }
+    ~Folder() { std::filesystem::remove_all(path_); }
+    const std::filesystem::path& path() const { return path_; }
+    void write(const std::string& name, const Bytes& bytes) const {
+        std::ofstream out(path_ / name, std::ios::binary);
+        out.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+    }
+
+private:
+    std::filesystem::path path_;
+};
+
+/// Waits until `done` says so; false when patience ends.
+template <class Done>
+bool wait_until(Done done) {
+    const auto end = std::chrono::steady_clock::now() + kPatience;
+    while (!done()) {
+        if (std::chrono::steady_clock::now() > end) return false;
+        std::this_thread::sleep_for(2ms);
+    }
+    return true;
+}
+
+/// A server on a free loopback port with one stream, "take".
+struct Served {
+    explicit Served(const Stream& s, ServerOptions options = {}) : stream(s) {
+        folder.write("take.mien", protocol::sample::file_of(stream));
+        options.folder = folder.path();
+        options.port = 0;
+        server = std::make_unique<Server>(options);
+        server->start();
+    }
+    Url url(std::string name = "take") const { return {"127.0.0.1", server->port(), std::move(name)}; }
+
+    Stream stream;
+    Folder folder;
+    std::unique_ptr<Server> server;
+};
+
+inline SourceOptions unpaced() {
+    SourceOptions options;
+    options.rate = 0;
+    options.first_backoff = 10ms;
+    options.last_backoff = 50ms;
+    return options;
+}
+
+/// All that comes until the end of the stream, or until patience ends (then the last one has a group).
+inline std::vector<Arrival> play_all(StreamSource& source) {
+    std::vector<Arrival> all;
+    const auto end = std::chrono::steady_clock::now() + kPatience;
+    while (std::chrono::steady_clock::now() < end) {
+        auto arrival = source.next(100ms);
+        if (!arrival) {
+            if (source.status().state == SourceState::failed) break;
+            continue;
+        }
+        all.push_back(std::move(*arrival));
+        if (!all.back().group) break;
+    }
+    return all;
+}
+
+/// Checks that `arrivals` are the groups from `first` on, each once and whole, and then the end.
+inline void expect_groups(const std::vector<Arrival>& arrivals, const Stream& stream, std::size_t first = 0) {
+    ASSERT_EQ(arrivals.size(), stream.groups.size() - first + 1);
+    for (std::size_t g = first; g < stream.groups.size(); ++g) {
+        const auto& arrival = arrivals[g - first];
+        ASSERT_TRUE(arrival.group.has_value()) << g;
+        EXPECT_TRUE(protocol::sample::same(*arrival.group, stream.groups[g])) << g;
+    }
+    EXPECT_FALSE(arrivals.back().group.has_value());
+}
+
+/// A blocking TCP socket, for saying what no client says.
+class RawSocket {
+public:
+    explicit RawSocket(std::uint16_t port);
+    ~RawSocket();
+    RawSocket(const RawSocket&) = delete;
+    RawSocket& operator=(const RawSocket&) = delete;
+
+    bool send(ByteView bytes);                  ///< false: the other side has closed
+    bool send(const protocol::Message& message) { return send(protocol::encode(message)); }
+    /// The next message; none when the connection is closed (or patience ends).
+    std::optional<protocol::Message> receive();
+    bool closed_by_peer();                      ///< waits for it, throwing away what still comes
+    void shrink_receive_buffer();
+
+private:
+    int socket_ = -1;
+    Bytes buffer_;
+};
+
+/// Stands between client and server, counts bytes, and cuts when told.
+class Proxy {
+public:
+    explicit Proxy(std::uint16_t target);
+    ~Proxy();
+    std::uint16_t port() const { return port_; }
+    void cut();                                  ///< every connection there is now
+    void cut_after(std::uint64_t bytes) { cut_after_ = bytes; }  ///< from the server, of each new connection; 0: never
+    void freeze(bool frozen) { frozen_ = frozen; }  ///< open, but no byte passes: half-open
+    void refuse(bool refuse) { refuse_ = refuse; }  ///< new connections are closed at once
+    int connections() const { return connections_; }
+
+private:
+    void accept();
+    void pump(int from, int to, bool from_server);
+
+    int listener_ = -1;
+    std::uint16_t target_ = 0, port_ = 0;
+    std::atomic<bool> stop_ = false, frozen_ = false, refuse_ = false;
+    std::atomic<std::uint64_t> cut_after_ = 0;
+    std::atomic<int> connections_ = 0;
+    std::mutex mutex_;
+    std::vector<int> open_;
+    std::vector<std::thread> threads_;
+    std::thread acceptor_;
+};
+
+}  // namespace mien::net::harness
