@@ -19,7 +19,8 @@ Taps gaussian() {
     Taps taps;
     double sum = 0;
     for (int i = -kRadius; i <= kRadius; ++i) sum += std::exp(-i * i / (2 * kSigma * kSigma));
-    for (int i = -kRadius; i <= kRadius; ++i) taps[i + kRadius] = float(std::exp(-i * i / (2 * kSigma * kSigma)) / sum);
+    for (int i = -kRadius; i <= kRadius; ++i)
+        taps[i + kRadius] = float(std::exp(-i * i / (2 * kSigma * kSigma)) / sum);
     return taps;
 }
 
@@ -29,7 +30,8 @@ void luma_row(const Image& image, int y, float* out) {
         out[x] = image.channels < 3 ? p[0] : 0.2126f * p[0] + 0.7152f * p[1] + 0.0722f * p[2];
 }
 
-/// The window's sums over rows y - 5 .. y + 5 of one map, for a row of texels. `rows` gives row y or null outside.
+/// The window's sums over rows y - 5 .. y + 5 of one map, for a row of texels. `rows` gives row y or null
+/// outside.
 template <class Row>
 void filter_row(int width, int y, const Row& row, std::vector<float>& padded, float* out) {
     static const Taps taps = gaussian();
@@ -54,12 +56,16 @@ PictureComparison::PictureComparison(int width, int height, std::vector<std::uin
         mask[i] = used_[i] ? 1.f : 0.f;
         used_count_ += used_[i] != 0;
     }
-    const auto row = [&](int y) { return y < 0 || y >= height ? nullptr : mask.data() + std::size_t(y) * width; };
-    for (int y = 0; y < height; ++y) filter_row(width, y, row, padded, weight_.data() + std::size_t(y) * width);
+    const auto row = [&](int y) {
+        return y < 0 || y >= height ? nullptr : mask.data() + std::size_t(y) * width;
+    };
+    for (int y = 0; y < height; ++y)
+        filter_row(width, y, row, padded, weight_.data() + std::size_t(y) * width);
 }
 
 void PictureComparison::add(const Image& truth, const Image& received) {
-    assert(truth.width == width_ && truth.height == height_ && received.width == width_ && received.height == height_);
+    assert(truth.width == width_ && truth.height == height_ && received.width == width_ &&
+           received.height == height_);
     constexpr double kC1 = (0.01 * 255) * (0.01 * 255), kC2 = (0.03 * 255) * (0.03 * 255);
     constexpr float kMiddle = 128;  // moments about the middle lose less to rounding
     const auto count = std::size_t((height_ + kRowsPerTask - 1) / kRowsPerTask);
@@ -88,14 +94,21 @@ void PictureComparison::add(const Image& truth, const Image& received) {
         }
         for (int y = y0; y < y1; ++y) {
             for (int m = 0; m < 5; ++m)
-                filter_row(width_, y, [&](int r) { return r < first || r >= last ? nullptr : maps[m].data() + std::size_t(r - first) * w; }, padded, sums[m].data());
+                filter_row(
+                    width_, y,
+                    [&](int r) {
+                        return r < first || r >= last ? nullptr : maps[m].data() + std::size_t(r - first) * w;
+                    },
+                    padded, sums[m].data());
             for (std::size_t x = 0; x < w; ++x) {
                 const std::size_t at = std::size_t(y) * w + x;
                 if (!used_[at]) continue;
                 const double n = weight_[at], ma = sums[0][x] / n, mb = sums[1][x] / n;
-                const double va = sums[2][x] / n - ma * ma, vb = sums[3][x] / n - mb * mb, cov = sums[4][x] / n - ma * mb;
+                const double va = sums[2][x] / n - ma * ma, vb = sums[3][x] / n - mb * mb,
+                             cov = sums[4][x] / n - ma * mb;
                 const double la = ma + kMiddle, lb = mb + kMiddle;
-                similarity += (2 * la * lb + kC1) * (2 * cov + kC2) / ((la * la + lb * lb + kC1) * (va + vb + kC2));
+                similarity +=
+                    (2 * la * lb + kC1) * (2 * cov + kC2) / ((la * la + lb * lb + kC1) * (va + vb + kC2));
             }
         }
         errors[std::size_t(task)] = error;

@@ -7,13 +7,13 @@
 
 namespace mien {
 
-/// How far received pictures are from the truth, inside the used texels, on luma (BT.709 weights on the encoded RGB, not
-/// rounded, 0 .. 255; grey pictures are their own luma).
+/// How far received pictures are from the truth, inside the used texels, on luma (BT.709 weights on the
+/// encoded RGB, not rounded, 0 .. 255; grey pictures are their own luma).
 ///
-/// PSNR-Y is that of the mean squared error over all texels and frames, so one bad frame shows. SSIM (Wang et al. 2004) has
-/// a Gaussian window of 11 x 11 with sigma 1.5, K1 = 0.01, K2 = 0.03, and is the mean over used texels and frames;
-/// where the window reaches unused texels or leaves the picture, their weight goes to the others, so that what a codec
-/// does outside the face never counts.
+/// PSNR-Y is that of the mean squared error over all texels and frames, so one bad frame shows. SSIM (Wang et
+/// al. 2004) has a Gaussian window of 11 x 11 with sigma 1.5, K1 = 0.01, K2 = 0.03, and is the mean over used
+/// texels and frames; where the window reaches unused texels or leaves the picture, their weight goes to the
+/// others, so that what a codec does outside the face never counts.
 class PictureComparison {
 public:
     /// used: width * height of 0 or not 0; empty: all.
@@ -32,7 +32,7 @@ private:
     std::vector<float> weight_;  ///< the window's weight on used texels, around each texel
     std::int64_t used_count_ = 0;
     std::int64_t frames_ = 0;
-    double squared_error_ = 0;   ///< sum over frames and used texels
+    double squared_error_ = 0;  ///< sum over frames and used texels
     double ssim_sum_ = 0;
 };
 

@@ -21,8 +21,10 @@ Result<SoundDecoder> SoundDecoder::create(const protocol::Track& track, const pr
     if (!info) return Error{ErrorCode::invalid, "track '" + track.name + "' is no sound track"};
     if (info->channels < 1 || info->channels > 8 || info->sample_rate < 1 || info->sample_rate > 768000 ||
         info->packet_samples < 1 || info->packet_samples > 65536 || info->preroll % info->packet_samples != 0)
-        return Error{ErrorCode::invalid, "sound track '" + track.name + "' has a rate, packet length or pre-roll that cannot be"};
-    MIEN_TRY(packets, media::PacketSoundDecoder::open(rung.codec, rung.codec_config, int(info->sample_rate), info->channels));
+        return Error{ErrorCode::invalid,
+                     "sound track '" + track.name + "' has a rate, packet length or pre-roll that cannot be"};
+    MIEN_TRY(packets, media::PacketSoundDecoder::open(rung.codec, rung.codec_config, int(info->sample_rate),
+                                                      info->channels));
     return SoundDecoder(std::unique_ptr<State>(new State{*info, std::move(packets)}));
 }
 
@@ -45,9 +47,11 @@ Result<SoundDecoder::Block> SoundDecoder::decode(const protocol::Group& group) {
     std::vector<float>& samples = block.sound.samples;
     for (std::size_t i = 0; i < group.objects.size(); ++i) {
         const std::size_t before = samples.size();
-        if (auto done = state.packets.decode(group.objects[i].bytes, samples); !done) return fail(done.error());
+        if (auto done = state.packets.decode(group.objects[i].bytes, samples); !done)
+            return fail(done.error());
         if (samples.size() - before != std::size_t(info.packet_samples) * info.channels)
-            return fail({ErrorCode::damaged, "packet " + std::to_string(i) + " has another length than the track announces"});
+            return fail({ErrorCode::damaged,
+                         "packet " + std::to_string(i) + " has another length than the track announces"});
         if (i < preroll) samples.clear();
     }
     if (info.samples > 0) {

@@ -16,10 +16,10 @@ public:
     SoundDecoder& operator=(SoundDecoder&&) noexcept;
     ~SoundDecoder();
 
-    /// Interleaved PCM of one whole group, and the time of its first sample. A group decodes without any earlier one:
-    /// its pre-roll packets are swallowed.
+    /// Interleaved PCM of one whole group, and the time of its first sample. A group decodes without any
+    /// earlier one: its pre-roll packets are swallowed.
     struct Block {
-        std::int64_t first_sample = 0;   ///< since the start of the sound
+        std::int64_t first_sample = 0;  ///< since the start of the sound
         Sound sound;
     };
     Result<Block> decode(const protocol::Group& group);

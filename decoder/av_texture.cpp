@@ -47,13 +47,17 @@ TextureDecoder::TextureDecoder(TextureDecoder&&) noexcept = default;
 TextureDecoder& TextureDecoder::operator=(TextureDecoder&&) noexcept = default;
 TextureDecoder::~TextureDecoder() = default;
 
-Result<TextureDecoder> TextureDecoder::create(const protocol::Track& track, const protocol::Rung& rung, int threads) {
+Result<TextureDecoder> TextureDecoder::create(const protocol::Track& track, const protocol::Rung& rung,
+                                              int threads) {
     const auto* info = std::get_if<protocol::TextureInfo>(&track.info);
     if (!info) return Error{ErrorCode::invalid, "track '" + track.name + "' is no texture track"};
-    if (info->width == 0 || info->height == 0 || info->width > protocol::kMaxTextureSide || info->height > protocol::kMaxTextureSide)
-        return Error{ErrorCode::limit_exceeded, "texture of " + std::to_string(info->width) + " x " + std::to_string(info->height) + " texels"};
-    MIEN_TRY(video, media::VideoDecoder::open({rung.codec, rung.codec_config, media::coded_side(int(info->width)),
-                                               media::coded_side(int(info->height)), info->matrix, info->full_range, threads}));
+    if (info->width == 0 || info->height == 0 || info->width > protocol::kMaxTextureSide ||
+        info->height > protocol::kMaxTextureSide)
+        return Error{ErrorCode::limit_exceeded, "texture of " + std::to_string(info->width) + " x " +
+                                                    std::to_string(info->height) + " texels"};
+    MIEN_TRY(video, media::VideoDecoder::open(
+                        {rung.codec, rung.codec_config, media::coded_side(int(info->width)),
+                         media::coded_side(int(info->height)), info->matrix, info->full_range, threads}));
     return TextureDecoder(std::unique_ptr<State>(new State{*info, std::move(video)}));
 }
 
@@ -65,23 +69,31 @@ void TextureDecoder::begin_group(std::int64_t first_frame) {
 }
 
 Result<std::vector<TextureFrame>> TextureDecoder::push(const protocol::Object& object) {
-    if (!state_->in_group) return Error{ErrorCode::invalid, "texture object outside a group, or after an error in its group"};
-    if (object.frames != 1) return state_->fail({ErrorCode::invalid, "a texture object holds exactly one frame"});
+    if (!state_->in_group)
+        return Error{ErrorCode::invalid, "texture object outside a group, or after an error in its group"};
+    if (object.frames != 1)
+        return state_->fail({ErrorCode::invalid, "a texture object holds exactly one frame"});
     ++state_->fed;
     return state_->number(state_->video.decode(object.bytes));
 }
 
 Result<std::vector<TextureFrame>> TextureDecoder::end_group() {
-    if (!state_->in_group) return Error{ErrorCode::invalid, "end of a texture group that has failed or not begun"};
+    if (!state_->in_group)
+        return Error{ErrorCode::invalid, "end of a texture group that has failed or not begun"};
     auto frames = state_->number(state_->video.drain());
     if (frames && state_->given != state_->fed)
-        return state_->fail({ErrorCode::damaged, std::to_string(state_->fed) + " objects gave " + std::to_string(state_->given) + " pictures"});
+        return state_->fail({ErrorCode::damaged, std::to_string(state_->fed) + " objects gave " +
+                                                     std::to_string(state_->given) + " pictures"});
     state_->in_group = false;
     return frames;
 }
 
-Image to_rgb(const YuvView& picture) { return media::to_rgb(picture); }
+Image to_rgb(const YuvView& picture) {
+    return media::to_rgb(picture);
+}
 
-Result<Image> decode_picture(ByteView bytes) { return media::decode_picture(bytes); }
+Result<Image> decode_picture(ByteView bytes) {
+    return media::decode_picture(bytes);
+}
 
 }  // namespace mien::decoder

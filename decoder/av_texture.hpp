@@ -10,7 +10,7 @@ namespace mien::decoder {
 
 /// One decoded texture picture; keeps its planes alive.
 struct TextureFrame {
-    std::int64_t frame = 0;              ///< number in the stream
+    std::int64_t frame = 0;  ///< number in the stream
     YuvView picture;
     std::shared_ptr<const void> owner;
 };
@@ -19,7 +19,8 @@ struct TextureFrame {
 class TextureDecoder {
 public:
     /// threads: 0 lets the codec choose.
-    static Result<TextureDecoder> create(const protocol::Track& track, const protocol::Rung& rung, int threads = 0);
+    static Result<TextureDecoder> create(const protocol::Track& track, const protocol::Rung& rung,
+                                         int threads = 0);
     TextureDecoder(TextureDecoder&&) noexcept;
     TextureDecoder& operator=(TextureDecoder&&) noexcept;
     ~TextureDecoder();

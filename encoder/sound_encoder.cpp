@@ -25,14 +25,16 @@ Result<EncodedSound> encode_sound(const Sound& sound, const SoundOptions& option
         // The group in which it starts: floor(start / rate * frames per second / frames per group).
         std::int64_t number = 0;
         if (options.group_frames > 0)
-            number = std::int64_t(__int128(start) * options.frame_rate.num /
-                                  (__int128(run.sample_rate) * options.frame_rate.den * options.group_frames));
+            number =
+                std::int64_t(__int128(start) * options.frame_rate.num /
+                             (__int128(run.sample_rate) * options.frame_rate.den * options.group_frames));
         if (options.frames > 0) number = std::min(number, last_group);
         if (out.groups.empty() || out.groups.back().group != number) {
             protocol::Group group;
             group.group = std::uint32_t(number);
             group.first_time = start;
-            for (std::int64_t p = i - run.preroll_packets; p < i; ++p) group.objects.push_back({1, run.packets[std::size_t(p)]});
+            for (std::int64_t p = i - run.preroll_packets; p < i; ++p)
+                group.objects.push_back({1, run.packets[std::size_t(p)]});
             out.groups.push_back(std::move(group));
         }
         out.groups.back().objects.push_back({1, run.packets[std::size_t(i)]});

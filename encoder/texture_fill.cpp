@@ -37,7 +37,9 @@ std::vector<std::uint8_t> used_texels(const Clip& clip, int width, int height) {
         const Image& mask = *clip.mask;
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x)
-                used[std::size_t(y) * width + x] = *mask.at(int((2LL * x + 1) * mask.width / (2LL * width)), int((2LL * y + 1) * mask.height / (2LL * height))) > 0;
+                used[std::size_t(y) * width + x] =
+                    *mask.at(int((2LL * x + 1) * mask.width / (2LL * width)),
+                             int((2LL * y + 1) * mask.height / (2LL * height))) > 0;
     } else if (clip.neutral && clip.neutral->has_texcoords()) {
         const TexelMap map = make_texel_map(*clip.neutral, width, height);
         for (std::size_t i = 0; i < used.size(); ++i) used[i] = map.texels[i].triangle != TexelMap::kNone;
@@ -51,7 +53,8 @@ TextureFill::TextureFill(int width, int height, const std::vector<std::uint8_t>&
     if (gaps == 0 || gaps == used.size()) return;
 
     // From fine to coarse: what is covered, and what the gaps ask for.
-    std::vector<std::vector<std::uint8_t>> covered{std::vector<std::uint8_t>(used.size())}, needed{std::vector<std::uint8_t>(used.size())};
+    std::vector<std::vector<std::uint8_t>> covered{std::vector<std::uint8_t>(used.size())},
+        needed{std::vector<std::uint8_t>(used.size())};
     for (std::size_t i = 0; i < used.size(); ++i) covered[0][i] = used[i] != 0, needed[0][i] = used[i] == 0;
     levels_.push_back({width, height, {}, {}, {}});
     for (std::size_t l = 0;; ++l) {
@@ -63,7 +66,8 @@ TextureFill::TextureFill(int width, int height, const std::vector<std::uint8_t>&
         covered.emplace_back(std::size_t(cw) * ch);
         needed.emplace_back(std::size_t(cw) * ch);
         for (int y = 0; y < h; ++y)
-            for (int x = 0; x < w; ++x) covered[l + 1][std::size_t(y / 2) * cw + x / 2] |= covered[l][std::size_t(y) * w + x];
+            for (int x = 0; x < w; ++x)
+                covered[l + 1][std::size_t(y / 2) * cw + x / 2] |= covered[l][std::size_t(y) * w + x];
         for (const std::uint32_t i : level.pushes) {
             const Between x = between(int(i) % w, cw), y = between(int(i) / w, ch);
             for (const int cy : {y.near, y.far})
@@ -107,7 +111,8 @@ void TextureFill::apply(Image& picture) {
                     const std::size_t at = std::size_t(pull.children[k]) * 3 + c;
                     sum += l == 1 ? std::uint32_t(pixels[at]) << kFraction : fine[at];
                 }
-                level.rgb[std::size_t(pull.cell) * 3 + c] = std::uint16_t((sum + pull.count / 2) / pull.count);
+                level.rgb[std::size_t(pull.cell) * 3 + c] =
+                    std::uint16_t((sum + pull.count / 2) / pull.count);
             }
         });
     }
@@ -116,11 +121,14 @@ void TextureFill::apply(Image& picture) {
         const Level& coarse = levels_[l + 1];
         for_each(level.pushes.size(), [&](std::size_t n) {
             const std::uint32_t i = level.pushes[n];
-            const Between x = between(int(i) % level.width, coarse.width), y = between(int(i) / level.width, coarse.height);
+            const Between x = between(int(i) % level.width, coarse.width),
+                          y = between(int(i) / level.width, coarse.height);
             const std::uint16_t* near_row = coarse.rgb.data() + std::size_t(y.near) * coarse.width * 3;
             const std::uint16_t* far_row = coarse.rgb.data() + std::size_t(y.far) * coarse.width * 3;
             for (int c = 0; c < 3; ++c) {
-                const std::uint32_t sum = 9u * near_row[x.near * 3 + c] + 3u * (near_row[x.far * 3 + c] + far_row[x.near * 3 + c]) + far_row[x.far * 3 + c];
+                const std::uint32_t sum = 9u * near_row[x.near * 3 + c] +
+                                          3u * (near_row[x.far * 3 + c] + far_row[x.near * 3 + c]) +
+                                          far_row[x.far * 3 + c];
                 const std::size_t at = std::size_t(i) * 3 + c;
                 if (l == 0)
                     pixels[at] = std::uint8_t((sum + (8u << kFraction)) >> (4 + kFraction));

@@ -1,7 +1,7 @@
 #pragma once
 
-/// Owning handles and small helpers over FFmpeg's C libraries (4.4 to 7). Only sources of this room include it: no FFmpeg
-/// type appears in any other header.
+/// Owning handles and small helpers over FFmpeg's C libraries (4.4 to 7). Only sources of this room include
+/// it: no FFmpeg type appears in any other header.
 
 extern "C" {
 #include <libavcodec/avcodec.h>
@@ -57,12 +57,17 @@ T* allocated(T* p) {
     if (!p) throw std::bad_alloc();
     return p;
 }
-inline FramePtr make_frame() { return FramePtr(allocated(av_frame_alloc())); }
-inline PacketPtr make_packet() { return PacketPtr(allocated(av_packet_alloc())); }
+inline FramePtr make_frame() {
+    return FramePtr(allocated(av_frame_alloc()));
+}
+inline PacketPtr make_packet() {
+    return PacketPtr(allocated(av_packet_alloc()));
+}
 
 /// What FFmpeg's error code says in words.
 std::string error_text(int code);
-/// An Error of ours from FFmpeg's code: bad bytes are `damaged`, what is not built in or cannot be opened `unavailable`.
+/// An Error of ours from FFmpeg's code: bad bytes are `damaged`, what is not built in or cannot be opened
+/// `unavailable`.
 Error av_error(int code, std::string_view doing);
 
 /// FFmpeg's own messages go nowhere (ours say what is wrong); call before the first use of a codec.
@@ -82,8 +87,8 @@ int channels_of(const AVFrame& frame);
 void set_channels(AVCodecContext& codec, int channels);
 void set_channels(AVFrame& frame, int channels);
 
-/// The planes of a decoded 8-bit 4:2:0 or 4:4:4 picture; matrix and range from its own flags, else from the arguments.
-/// False for any other pixel format or matrix.
+/// The planes of a decoded 8-bit 4:2:0 or 4:4:4 picture; matrix and range from its own flags, else from the
+/// arguments. False for any other pixel format or matrix.
 bool view_of(const AVFrame& frame, YuvView& view, YuvView::Matrix matrix, bool full_range);
 /// RGB of any picture FFmpeg decodes.
 Result<Image> rgb_of(const AVFrame& frame);

@@ -33,19 +33,23 @@ Result<Bytes> encode_jpeg(const Image& picture) {
     codec->flags |= AV_CODEC_FLAG_QSCALE | AV_CODEC_FLAG_BITEXACT;
     constexpr int kScale = 2;  // the finest that stays within baseline tables
     codec->global_quality = FF_QP2LAMBDA * kScale;
-    if (const int code = avcodec_open2(codec.get(), encoder, nullptr); code < 0) return av_error(code, "JPEG encoder failed");
+    if (const int code = avcodec_open2(codec.get(), encoder, nullptr); code < 0)
+        return av_error(code, "JPEG encoder failed");
     const FramePtr frame = make_frame();
     frame->width = picture.width;
     frame->height = picture.height;
     frame->format = codec->pix_fmt;
     frame->quality = codec->global_quality;
     frame->pts = 0;
-    if (const int code = av_frame_get_buffer(frame.get(), 0); code < 0) return av_error(code, "JPEG encoder failed");
+    if (const int code = av_frame_get_buffer(frame.get(), 0); code < 0)
+        return av_error(code, "JPEG encoder failed");
     fill_jfif(picture, *frame);
-    if (const int code = avcodec_send_frame(codec.get(), frame.get()); code < 0) return av_error(code, "JPEG encoder failed");
+    if (const int code = avcodec_send_frame(codec.get(), frame.get()); code < 0)
+        return av_error(code, "JPEG encoder failed");
     avcodec_send_frame(codec.get(), nullptr);
     const PacketPtr packet = make_packet();
-    if (const int code = avcodec_receive_packet(codec.get(), packet.get()); code < 0) return av_error(code, "JPEG encoder failed");
+    if (const int code = avcodec_receive_packet(codec.get(), packet.get()); code < 0)
+        return av_error(code, "JPEG encoder failed");
     const auto* first = reinterpret_cast<const std::byte*>(packet->data);
     return Bytes(first, first + packet->size);
 }

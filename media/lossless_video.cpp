@@ -18,7 +18,8 @@ struct LosslessVideoWriter::State {
     std::int64_t next = 0;
 
     Result<void> send(const AVFrame* picture) {
-        if (const int code = avcodec_send_frame(codec.get(), picture); code < 0) return av_error(code, "cannot encode " + path);
+        if (const int code = avcodec_send_frame(codec.get(), picture); code < 0)
+            return av_error(code, "cannot encode " + path);
         for (;;) {
             const int code = avcodec_receive_packet(codec.get(), packet.get());
             if (code == AVERROR(EAGAIN) || code == AVERROR_EOF) return {};
@@ -37,7 +38,8 @@ LosslessVideoWriter::LosslessVideoWriter(LosslessVideoWriter&&) noexcept = defau
 LosslessVideoWriter& LosslessVideoWriter::operator=(LosslessVideoWriter&&) noexcept = default;
 LosslessVideoWriter::~LosslessVideoWriter() = default;
 
-Result<LosslessVideoWriter> LosslessVideoWriter::open(const std::filesystem::path& path, int width, int height, Rational frame_rate) {
+Result<LosslessVideoWriter> LosslessVideoWriter::open(const std::filesystem::path& path, int width,
+                                                      int height, Rational frame_rate) {
     quiet_libraries();
     auto state = std::make_unique<State>();
     state->path = path.string();
@@ -58,13 +60,15 @@ Result<LosslessVideoWriter> LosslessVideoWriter::open(const std::filesystem::pat
     av_opt_set_int(codec.priv_data, "slicecrc", 1, 0);
 
     AVFormatContext* raw = nullptr;
-    if (const int code = avformat_alloc_output_context2(&raw, nullptr, "matroska", state->path.c_str()); code < 0)
+    if (const int code = avformat_alloc_output_context2(&raw, nullptr, "matroska", state->path.c_str());
+        code < 0)
         return av_error(code, "cannot write " + state->path);
     state->file.reset(raw);
     raw->flags |= AVFMT_FLAG_BITEXACT;
     codec.flags |= AV_CODEC_FLAG_BITEXACT;
     if (raw->oformat->flags & AVFMT_GLOBALHEADER) codec.flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
-    if (const int code = avcodec_open2(&codec, encoder, nullptr); code < 0) return av_error(code, "cannot encode " + state->path);
+    if (const int code = avcodec_open2(&codec, encoder, nullptr); code < 0)
+        return av_error(code, "cannot encode " + state->path);
     state->stream = allocated(avformat_new_stream(raw, nullptr));
     state->stream->time_base = codec.time_base;
     state->stream->avg_frame_rate = codec.framerate;
@@ -75,18 +79,21 @@ Result<LosslessVideoWriter> LosslessVideoWriter::open(const std::filesystem::pat
         error.code = ErrorCode::unavailable;
         return error;
     }
-    if (const int code = avformat_write_header(raw, nullptr); code < 0) return av_error(code, "cannot write " + state->path);
+    if (const int code = avformat_write_header(raw, nullptr); code < 0)
+        return av_error(code, "cannot write " + state->path);
     state->frame->format = codec.pix_fmt;
     state->frame->width = width;
     state->frame->height = height;
-    if (const int code = av_frame_get_buffer(state->frame.get(), 0); code < 0) return av_error(code, "cannot encode " + state->path);
+    if (const int code = av_frame_get_buffer(state->frame.get(), 0); code < 0)
+        return av_error(code, "cannot encode " + state->path);
     return LosslessVideoWriter(std::move(state));
 }
 
 Result<void> LosslessVideoWriter::write(const Image& picture) {
     AVFrame& frame = *state_->frame;
     assert(picture.channels == 3 && picture.width == frame.width && picture.height == frame.height);
-    if (const int code = av_frame_make_writable(&frame); code < 0) return av_error(code, "cannot encode " + state_->path);
+    if (const int code = av_frame_make_writable(&frame); code < 0)
+        return av_error(code, "cannot encode " + state_->path);
     for (int y = 0; y < picture.height; ++y) {
         auto* row = reinterpret_cast<std::uint32_t*>(frame.data[0] + std::ptrdiff_t(y) * frame.linesize[0]);
         const std::uint8_t* from = picture.at(0, y);
@@ -99,8 +106,10 @@ Result<void> LosslessVideoWriter::write(const Image& picture) {
 
 Result<void> LosslessVideoWriter::finish() {
     if (auto drained = state_->send(nullptr); !drained.ok()) return drained;
-    if (const int code = av_write_trailer(state_->file.get()); code < 0) return av_error(code, "cannot write " + state_->path);
-    if (const int code = avio_closep(&state_->file->pb); code < 0) return av_error(code, "cannot write " + state_->path);
+    if (const int code = av_write_trailer(state_->file.get()); code < 0)
+        return av_error(code, "cannot write " + state_->path);
+    if (const int code = avio_closep(&state_->file->pb); code < 0)
+        return av_error(code, "cannot write " + state_->path);
     return {};
 }
 

@@ -13,7 +13,8 @@ namespace mien::media {
 class LosslessVideoWriter {
 public:
     /// `unavailable` when the file cannot be written or FFmpeg lacks FFV1.
-    static Result<LosslessVideoWriter> open(const std::filesystem::path& path, int width, int height, Rational frame_rate);
+    static Result<LosslessVideoWriter> open(const std::filesystem::path& path, int width, int height,
+                                            Rational frame_rate);
     LosslessVideoWriter(LosslessVideoWriter&&) noexcept;
     LosslessVideoWriter& operator=(LosslessVideoWriter&&) noexcept;
     ~LosslessVideoWriter();

@@ -24,7 +24,8 @@ const AVCodec* find_sound_decoder(const std::string& codec) {
 }
 
 bool aac_takes(int rate) {
-    constexpr int kRates[] = {96000, 88200, 64000, 48000, 44100, 32000, 24000, 22050, 16000, 12000, 11025, 8000};
+    constexpr int kRates[] = {96000, 88200, 64000, 48000, 44100, 32000,
+                              24000, 22050, 16000, 12000, 11025, 8000};
     return std::find(std::begin(kRates), std::end(kRates), rate) != std::end(kRates);
 }
 
@@ -33,11 +34,13 @@ SwrPtr make_resampler(int channels, int from, int to) {
 #if MIEN_AV_CHANNEL_LAYOUT
     AVChannelLayout layout;
     av_channel_layout_default(&layout, channels);
-    swr_alloc_set_opts2(&context, &layout, AV_SAMPLE_FMT_FLT, to, &layout, AV_SAMPLE_FMT_FLT, from, 0, nullptr);
+    swr_alloc_set_opts2(&context, &layout, AV_SAMPLE_FMT_FLT, to, &layout, AV_SAMPLE_FMT_FLT, from, 0,
+                        nullptr);
     av_channel_layout_uninit(&layout);
 #else
     const std::int64_t layout = av_get_default_channel_layout(channels);
-    context = swr_alloc_set_opts(nullptr, layout, AV_SAMPLE_FMT_FLT, to, layout, AV_SAMPLE_FMT_FLT, from, 0, nullptr);
+    context = swr_alloc_set_opts(nullptr, layout, AV_SAMPLE_FMT_FLT, to, layout, AV_SAMPLE_FMT_FLT, from, 0,
+                                 nullptr);
 #endif
     SwrPtr resampler(context);
     if (!resampler) return nullptr;
@@ -52,7 +55,8 @@ Result<CodecPtr> open_sound_encoder(const std::string& name, int sample_rate, in
         std::string names;
         for (const char* known : {"opus", "aac"})
             if (find_sound_encoder(known)) names += (names.empty() ? "" : ", ") + std::string(known);
-        return Error{ErrorCode::unavailable, "there is no sound codec '" + name + "' here; available are " + names};
+        return Error{ErrorCode::unavailable,
+                     "there is no sound codec '" + name + "' here; available are " + names};
     }
     CodecPtr codec(allocated(avcodec_alloc_context3(encoder)));
     codec->sample_rate = sample_rate;
@@ -62,13 +66,14 @@ Result<CodecPtr> open_sound_encoder(const std::string& name, int sample_rate, in
     codec->flags |= AV_CODEC_FLAG_GLOBAL_HEADER | AV_CODEC_FLAG_BITEXACT;
     set_channels(*codec, channels);
     AVDictionary* options = nullptr;
-    // Noise substitution draws from a generator that runs through the whole sound: groups would not decode alone.
+    // Noise substitution draws from a generator that runs through the whole sound: groups would not decode
+    // alone.
     if (name == "aac") av_dict_set(&options, "aac_pns", "0", 0);
     const int code = avcodec_open2(codec.get(), encoder, &options);
     av_dict_free(&options);
     if (code < 0) {
-        Error error = av_error(code, "the " + name + " encoder refuses " + std::to_string(channels) + " channels at " +
-                                         std::to_string(int(kbps)) + " kbit/s");
+        Error error = av_error(code, "the " + name + " encoder refuses " + std::to_string(channels) +
+                                         " channels at " + std::to_string(int(kbps)) + " kbit/s");
         error.code = ErrorCode::invalid;
         return error;
     }
@@ -83,7 +88,8 @@ Result<Sound> resample(const Sound& sound, int sample_rate) {
     const SwrPtr resampler = make_resampler(sound.channels, sound.sample_rate, sample_rate);
     if (!resampler)
         return Error{ErrorCode::invalid, "sound of " + std::to_string(sound.channels) + " channels at " +
-                                             std::to_string(sound.sample_rate) + " Hz cannot be brought to " + std::to_string(sample_rate) + " Hz"};
+                                             std::to_string(sound.sample_rate) + " Hz cannot be brought to " +
+                                             std::to_string(sample_rate) + " Hz"};
     Sound out{sample_rate, sound.channels, {}};
     const std::int64_t wanted = rescale(sound.length(), {1, sound.sample_rate}, {1, sample_rate});
     out.samples.reserve(std::size_t(wanted) * sound.channels);
@@ -95,10 +101,13 @@ Result<Sound> resample(const Sound& sound, int sample_rate) {
         if (room < 0) return av_error(room, "sound does not resample");
         chunk.resize(std::size_t(std::max(room, 1)) * sound.channels);
         std::uint8_t* to[] = {reinterpret_cast<std::uint8_t*>(chunk.data())};
-        const std::uint8_t* from[] = {reinterpret_cast<const std::uint8_t*>(sound.samples.data() + (count ? at * sound.channels : 0))};
-        const int made = swr_convert(resampler.get(), to, std::max(room, 1), count ? from : nullptr, int(count));
+        const std::uint8_t* from[] = {
+            reinterpret_cast<const std::uint8_t*>(sound.samples.data() + (count ? at * sound.channels : 0))};
+        const int made =
+            swr_convert(resampler.get(), to, std::max(room, 1), count ? from : nullptr, int(count));
         if (made < 0) return av_error(made, "sound does not resample");
-        out.samples.insert(out.samples.end(), chunk.begin(), chunk.begin() + std::ptrdiff_t(made) * sound.channels);
+        out.samples.insert(out.samples.end(), chunk.begin(),
+                           chunk.begin() + std::ptrdiff_t(made) * sound.channels);
         if (count == 0 && made == 0) break;
     }
     out.samples.resize(std::size_t(wanted) * sound.channels);
@@ -109,10 +118,12 @@ Result<SoundPackets> compress_sound(const Sound& original, const std::string& na
     quiet_libraries();
     if (original.channels < 1 || original.channels > 8 || original.sample_rate < 1)
         return Error{ErrorCode::invalid, "sound of " + std::to_string(original.channels) + " channels at " +
-                                             std::to_string(original.sample_rate) + " Hz: one to eight channels can be encoded"};
+                                             std::to_string(original.sample_rate) +
+                                             " Hz: one to eight channels can be encoded"};
     for (std::size_t i = 0; i < original.samples.size(); ++i)
         if (!std::isfinite(original.samples[i]))
-            return Error{ErrorCode::invalid, "sound sample " + std::to_string(i / original.channels) + " is not a number"};
+            return Error{ErrorCode::invalid,
+                         "sound sample " + std::to_string(i / original.channels) + " is not a number"};
     const bool opus = name == "opus";
     const int rate = opus || !aac_takes(original.sample_rate) ? 48000 : original.sample_rate;
     MIEN_TRY(codec, open_sound_encoder(name, rate, original.channels, kbps));
@@ -127,8 +138,10 @@ Result<SoundPackets> compress_sound(const Sound& original, const std::string& na
     out.codec_config = extradata_of(*codec);
     // Silence in front makes the delay whole packets: then packets, like groups, start on sample 0.
     const std::int64_t lead = std::int64_t(out.preroll_packets) * out.packet_samples - codec->initial_padding;
-    if (lead < 0) return Error{ErrorCode::unavailable, "the " + name + " encoder's delay is longer than its pre-roll"};
-    const std::int64_t wanted = out.preroll_packets + (out.samples + out.packet_samples - 1) / out.packet_samples;
+    if (lead < 0)
+        return Error{ErrorCode::unavailable, "the " + name + " encoder's delay is longer than its pre-roll"};
+    const std::int64_t wanted =
+        out.preroll_packets + (out.samples + out.packet_samples - 1) / out.packet_samples;
 
     const PacketPtr packet = make_packet();
     const auto receive = [&]() -> Result<void> {
@@ -137,7 +150,8 @@ Result<SoundPackets> compress_sound(const Sound& original, const std::string& na
             if (code == AVERROR(EAGAIN) || code == AVERROR_EOF) return {};
             if (code < 0) return av_error(code, name + " encoder failed");
             const auto* first = reinterpret_cast<const std::byte*>(packet->data);
-            if (std::int64_t(out.packets.size()) < wanted) out.packets.emplace_back(first, first + packet->size);
+            if (std::int64_t(out.packets.size()) < wanted)
+                out.packets.emplace_back(first, first + packet->size);
             av_packet_unref(packet.get());
         }
     };
@@ -157,7 +171,8 @@ Result<SoundPackets> compress_sound(const Sound& original, const std::string& na
             }
         }
         frame->pts = fed;
-        if (const int code = avcodec_send_frame(codec.get(), frame.get()); code < 0) return av_error(code, name + " encoder failed");
+        if (const int code = avcodec_send_frame(codec.get(), frame.get()); code < 0)
+            return av_error(code, name + " encoder failed");
         MIEN_CHECK(receive());
         // Encoders hold back a packet or two; far more means one that gives none.
         if (fed > lead + out.samples + 64 * std::int64_t(out.packet_samples))
@@ -178,10 +193,12 @@ PacketSoundDecoder::PacketSoundDecoder(PacketSoundDecoder&&) noexcept = default;
 PacketSoundDecoder& PacketSoundDecoder::operator=(PacketSoundDecoder&&) noexcept = default;
 PacketSoundDecoder::~PacketSoundDecoder() = default;
 
-Result<PacketSoundDecoder> PacketSoundDecoder::open(const std::string& name, ByteView config, int sample_rate, int channels) {
+Result<PacketSoundDecoder> PacketSoundDecoder::open(const std::string& name, ByteView config, int sample_rate,
+                                                    int channels) {
     quiet_libraries();
     const AVCodec* decoder = find_sound_decoder(name);
-    if (!decoder) return Error{ErrorCode::unavailable, "there is no decoder for the sound codec '" + name + "' here"};
+    if (!decoder)
+        return Error{ErrorCode::unavailable, "there is no decoder for the sound codec '" + name + "' here"};
     auto state = std::make_unique<State>();
     state->name = name;
     state->sample_rate = sample_rate;
@@ -199,7 +216,9 @@ Result<PacketSoundDecoder> PacketSoundDecoder::open(const std::string& name, Byt
     return PacketSoundDecoder(std::move(state));
 }
 
-void PacketSoundDecoder::restart() { avcodec_flush_buffers(state_->codec.get()); }
+void PacketSoundDecoder::restart() {
+    avcodec_flush_buffers(state_->codec.get());
+}
 
 Result<void> PacketSoundDecoder::decode(ByteView bytes, std::vector<float>& samples) {
     State& state = *state_;
@@ -212,8 +231,10 @@ Result<void> PacketSoundDecoder::decode(ByteView bytes, std::vector<float>& samp
         if (code == AVERROR(EAGAIN) || code == AVERROR_EOF) return {};
         if (code < 0) return av_error(code, state.name + " packet does not decode");
         if (state.frame->sample_rate != state.sample_rate || channels_of(*state.frame) != state.channels)
-            return Error{ErrorCode::mismatch, state.name + " packet changes the sample rate or the number of channels"};
-        if (!append_samples(*state.frame, samples)) return Error{ErrorCode::invalid, state.name + " packet has an unknown sample format"};
+            return Error{ErrorCode::mismatch,
+                         state.name + " packet changes the sample rate or the number of channels"};
+        if (!append_samples(*state.frame, samples))
+            return Error{ErrorCode::invalid, state.name + " packet has an unknown sample format"};
     }
 }
 

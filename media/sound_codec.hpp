@@ -11,20 +11,22 @@
 
 namespace mien::media {
 
-/// What one encoder run over a whole sound gives. Packet i, decoded after enough packets before it, is samples
-/// [(i - preroll_packets) * packet_samples, ... + packet_samples) of the sound: the encoder's delay is taken out.
+/// What one encoder run over a whole sound gives. Packet i, decoded after enough packets before it, is
+/// samples
+/// [(i - preroll_packets) * packet_samples, ... + packet_samples) of the sound: the encoder's delay is taken
+/// out.
 struct SoundPackets {
-    int sample_rate = 48000;              ///< of the packets, Hz
+    int sample_rate = 48000;  ///< of the packets, Hz
     int channels = 1;
-    std::int64_t samples = 0;             ///< of the sound at that rate, per channel; the last packet may pass its end
+    std::int64_t samples = 0;  ///< of the sound at that rate, per channel; the last packet may pass its end
     int packet_samples = 960;
-    int preroll_packets = 0;              ///< packets a decoder must swallow before its output is right
+    int preroll_packets = 0;  ///< packets a decoder must swallow before its output is right
     Bytes codec_config;
     std::vector<Bytes> packets;
 };
 
-/// "opus": libopus, 48 kHz, 20 ms packets, 80 ms pre-roll (RFC 7845, 4.6). "aac": AAC-LC of 1024 samples, one packet of
-/// pre-roll; keeps the sound's rate where AAC has it. One to eight channels.
+/// "opus": libopus, 48 kHz, 20 ms packets, 80 ms pre-roll (RFC 7845, 4.6). "aac": AAC-LC of 1024 samples, one
+/// packet of pre-roll; keeps the sound's rate where AAC has it. One to eight channels.
 Result<SoundPackets> compress_sound(const Sound& sound, const std::string& codec, double kbps);
 
 /// Sound at another rate, by libswresample; sample 0 stays sample 0 and the length is rounded to nearest.
@@ -33,7 +35,8 @@ Result<Sound> resample(const Sound& sound, int sample_rate);
 /// Turns packets into PCM, sample for sample. Not thread-safe.
 class PacketSoundDecoder {
 public:
-    static Result<PacketSoundDecoder> open(const std::string& codec, ByteView codec_config, int sample_rate, int channels);
+    static Result<PacketSoundDecoder> open(const std::string& codec, ByteView codec_config, int sample_rate,
+                                           int channels);
     PacketSoundDecoder(PacketSoundDecoder&&) noexcept;
     PacketSoundDecoder& operator=(PacketSoundDecoder&&) noexcept;
     ~PacketSoundDecoder();

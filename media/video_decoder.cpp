@@ -35,13 +35,16 @@ struct VideoDecoder::State {
             if (frame->decode_error_flags || (frame->flags & AV_FRAME_FLAG_CORRUPT))
                 return Error{ErrorCode::damaged, name + " picture is damaged"};
             if (frame->width != width || frame->height != height)
-                return Error{ErrorCode::mismatch, name + " picture is " + std::to_string(frame->width) + " x " +
-                                                      std::to_string(frame->height) + " where " + std::to_string(width) +
-                                                      " x " + std::to_string(height) + " was announced"};
+                return Error{ErrorCode::mismatch, name + " picture is " + std::to_string(frame->width) +
+                                                      " x " + std::to_string(frame->height) + " where " +
+                                                      std::to_string(width) + " x " + std::to_string(height) +
+                                                      " was announced"};
             VideoPicture picture;
             if (!view_of(*frame, picture.picture, matrix, full_range))
-                return Error{ErrorCode::invalid, name + " picture has a pixel format or colour matrix other than 8-bit "
-                                                        "4:2:0 or 4:4:4 in BT.709 or BT.601"};
+                return Error{ErrorCode::invalid,
+                             name +
+                                 " picture has a pixel format or colour matrix other than 8-bit "
+                                 "4:2:0 or 4:4:4 in BT.709 or BT.601"};
             picture.owner = std::shared_ptr<AVFrame>(frame.release(), [](AVFrame* p) { av_frame_free(&p); });
             pictures.push_back(std::move(picture));
         }
@@ -56,7 +59,9 @@ VideoDecoder::~VideoDecoder() = default;
 Result<VideoDecoder> VideoDecoder::open(const VideoDecoderSettings& s) {
     quiet_libraries();
     const AVCodec* decoder = find_decoder(s.codec);
-    if (!decoder) return Error{ErrorCode::unavailable, "there is no decoder for the texture codec '" + s.codec + "' here"};
+    if (!decoder)
+        return Error{ErrorCode::unavailable,
+                     "there is no decoder for the texture codec '" + s.codec + "' here"};
     auto state = std::make_unique<State>();
     state->name = s.codec;
     state->width = s.width;
@@ -68,8 +73,8 @@ Result<VideoDecoder> VideoDecoder::open(const VideoDecoderSettings& s) {
     set_extradata(codec, s.codec_config);
     codec.width = s.width;
     codec.height = s.height;
-    // Codecs round sizes up to their largest block before they ask for memory.
-    codec.max_pixels = (std::int64_t(s.width) + 128) * (s.height + 128);
+    // Codecs round sizes up to their largest block and add a border before they ask for memory.
+    codec.max_pixels = (std::int64_t(s.width) + 256) * (s.height + 512);
     codec.err_recognition = AV_EF_EXPLODE | AV_EF_BITSTREAM | AV_EF_BUFFER | AV_EF_CRCCHECK;
     codec.error_concealment = 0;
     codec.idct_algo = FF_IDCT_SIMPLE;
@@ -77,8 +82,8 @@ Result<VideoDecoder> VideoDecoder::open(const VideoDecoderSettings& s) {
     codec.thread_type = s.threads > 0 ? FF_THREAD_FRAME | FF_THREAD_SLICE : FF_THREAD_SLICE;
     AVDictionary* options = nullptr;
     if (s.threads <= 0 && std::string_view(decoder->name) == "libdav1d") {
-        // One picture at a time: its rows and tiles on two threads, no picture of delay. Later releases took both names
-        // for max_frame_delay.
+        // One picture at a time: its rows and tiles on two threads, no picture of delay. Later releases took
+        // both names for max_frame_delay.
         av_dict_set(&options, "framethreads", "1", 0);
         av_dict_set(&options, "tilethreads", "2", 0);
         av_dict_set(&options, "max_frame_delay", "1", 0);
@@ -89,7 +94,9 @@ Result<VideoDecoder> VideoDecoder::open(const VideoDecoderSettings& s) {
     return VideoDecoder(std::move(state));
 }
 
-void VideoDecoder::restart() { avcodec_flush_buffers(state_->codec.get()); }
+void VideoDecoder::restart() {
+    avcodec_flush_buffers(state_->codec.get());
+}
 
 Result<std::vector<VideoPicture>> VideoDecoder::decode(ByteView bytes) {
     if (bytes.empty()) return Error{ErrorCode::damaged, state_->name + " packet is empty"};

@@ -16,12 +16,12 @@ struct VideoPicture {
 };
 
 struct VideoDecoderSettings {
-    std::string codec;                  ///< mpeg4, h264, hevc, av1
-    ByteView codec_config;              ///< only read during open()
-    int width = 0, height = 0;          ///< coded size; a picture of another size is refused
+    std::string codec;                                ///< mpeg4, h264, hevc, av1
+    ByteView codec_config;                            ///< only read during open()
+    int width = 0, height = 0;                        ///< coded size; a picture of another size is refused
     YuvView::Matrix matrix = YuvView::Matrix::bt709;  ///< where the bitstream does not say
     bool full_range = false;
-    int threads = 0;                    ///< 0: two, without added delay; more decode several pictures at once, that many late
+    int threads = 0;  ///< 0: two, without added delay; more decode several pictures at once, that many late
 };
 
 /// Turns packets from anywhere into pictures. Damage is an error, never a concealed picture. Not thread-safe.

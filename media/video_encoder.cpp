@@ -18,8 +18,10 @@ struct Codec {
     std::vector<const char*> encoders;  // the first one that is there counts
 };
 const std::vector<Codec>& codecs() {
-    static const std::vector<Codec> all{
-        {"mpeg4", {"mpeg4"}}, {"h264", {"libx264"}}, {"hevc", {"libx265"}}, {"av1", {"libsvtav1", "libaom-av1"}}};
+    static const std::vector<Codec> all{{"mpeg4", {"mpeg4"}},
+                                        {"h264", {"libx264"}},
+                                        {"hevc", {"libx265"}},
+                                        {"av1", {"libsvtav1", "libaom-av1"}}};
     return all;
 }
 const AVCodec* find_encoder(const std::string& name) {
@@ -30,7 +32,9 @@ const AVCodec* find_encoder(const std::string& name) {
     return nullptr;
 }
 
-double between(double low, double high, double quality) { return low + (high - low) * std::clamp(quality, 0.0, 100.0) / 100; }
+double between(double low, double high, double quality) {
+    return low + (high - low) * std::clamp(quality, 0.0, 100.0) / 100;
+}
 
 void tune_mpeg4(const VideoEncoderSettings& s, AVCodecContext& codec, Options& options) {
     codec.thread_count = 1;  // threads would cut the picture into slices
@@ -43,11 +47,13 @@ void tune_mpeg4(const VideoEncoderSettings& s, AVCodecContext& codec, Options& o
     codec.qmin = 1;
     if (!s.kbps) {
         codec.flags |= AV_CODEC_FLAG_QSCALE;
-        codec.global_quality = int(std::lround(FF_QP2LAMBDA * 31 * std::pow(2.0 / 31, between(0, 1, s.quality))));
+        codec.global_quality =
+            int(std::lround(FF_QP2LAMBDA * 31 * std::pow(2.0 / 31, between(0, 1, s.quality))));
     } else {
         codec.bit_rate_tolerance = int(std::min<std::int64_t>(codec.bit_rate * 4, INT32_MAX));
     }
     options["motion_est"] = "epzs";
+    options["sc_threshold"] = "1000000000";  // closed groups know no scene changes of their own
 }
 
 void tune_x264(const VideoEncoderSettings& s, AVCodecContext& codec, Options& options) {
@@ -84,7 +90,9 @@ void tune_aom_av1(const VideoEncoderSettings& s, AVCodecContext& codec, Options&
 /// Cuts supplemental messages (the encoder's own advertisement, mostly) out of an Annex B byte stream.
 Bytes without_sei(ByteView stream, bool hevc) {
     const auto byte = [&](std::size_t i) { return std::to_integer<unsigned>(stream[i]); };
-    const auto start_code = [&](std::size_t i) { return byte(i) == 0 && byte(i + 1) == 0 && byte(i + 2) == 1; };
+    const auto start_code = [&](std::size_t i) {
+        return byte(i) == 0 && byte(i + 1) == 0 && byte(i + 2) == 1;
+    };
     Bytes kept;
     std::size_t unit = 0;  // the unit's first byte, its start code and leading zero included
     for (std::size_t i = 0; i + 3 < stream.size();) {
@@ -101,7 +109,8 @@ Bytes without_sei(ByteView stream, bool hevc) {
         }
         const unsigned type = hevc ? byte(i + 3) >> 1 & 63 : byte(i + 3) & 31;
         if (hevc ? type != 39 && type != 40 : type != 6)
-            kept.insert(kept.end(), stream.begin() + std::ptrdiff_t(unit), stream.begin() + std::ptrdiff_t(next));
+            kept.insert(kept.end(), stream.begin() + std::ptrdiff_t(unit),
+                        stream.begin() + std::ptrdiff_t(next));
         unit = i = next;
     }
     return kept;
@@ -137,7 +146,9 @@ VideoEncoder::VideoEncoder(VideoEncoder&&) noexcept = default;
 VideoEncoder& VideoEncoder::operator=(VideoEncoder&&) noexcept = default;
 VideoEncoder::~VideoEncoder() = default;
 
-const Bytes& VideoEncoder::codec_config() const { return state_->config; }
+const Bytes& VideoEncoder::codec_config() const {
+    return state_->config;
+}
 
 std::vector<std::string> VideoEncoder::available() {
     std::vector<std::string> names;
@@ -153,7 +164,8 @@ Result<VideoEncoder> VideoEncoder::open(const VideoEncoderSettings& s) {
     if (!encoder) {
         std::string names;
         for (const std::string& name : available()) names += (names.empty() ? "" : ", ") + name;
-        return Error{ErrorCode::unavailable, "there is no texture codec '" + s.codec + "' here; available are " + names};
+        return Error{ErrorCode::unavailable,
+                     "there is no texture codec '" + s.codec + "' here; available are " + names};
     }
     auto state = std::make_unique<State>();
     state->settings = s;
@@ -187,8 +199,9 @@ Result<VideoEncoder> VideoEncoder::open(const VideoEncoderSettings& s) {
     const int code = avcodec_open2(&codec, encoder, &dictionary);
     av_dict_free(&dictionary);
     if (code < 0) {
-        Error error = av_error(code, "the " + s.codec + " encoder refuses " + std::to_string(s.width) + " x " +
-                                         std::to_string(s.height) + (s.speed.empty() ? "" : " with preset '" + s.speed + "'"));
+        Error error = av_error(code, "the " + s.codec + " encoder refuses " + std::to_string(s.width) +
+                                         " x " + std::to_string(s.height) +
+                                         (s.speed.empty() ? "" : " with preset '" + s.speed + "'"));
         error.code = ErrorCode::invalid;
         return error;
     }
@@ -214,7 +227,8 @@ Result<std::vector<VideoPacket>> VideoEncoder::encode(const YuvImage& picture, b
     frame->chroma_location = state.codec->chroma_sample_location;
     if (av_frame_get_buffer(frame.get(), 0) < 0) throw std::bad_alloc();
     for (int p = 0; p < 3; ++p) {
-        const int w = p ? picture.chroma_width : picture.width, h = p ? picture.chroma_height : picture.height;
+        const int w = p ? picture.chroma_width : picture.width,
+                  h = p ? picture.chroma_height : picture.height;
         av_image_copy_plane(frame->data[p], frame->linesize[p], picture.planes[p].data(), w, w, h);
     }
     frame->pts = state.fed++;

@@ -12,30 +12,34 @@
 
 namespace mien::media {
 
-/// The size that is really coded for `side` texels as shown: even, because chroma is halved, and at least 64, because
-/// some encoders take no less. What is added on the right and at the bottom is cut off after decoding.
-constexpr int coded_side(int side) { return side < 64 ? 64 : side + (side & 1); }
+/// The size that is really coded for `side` texels as shown: even, because chroma is halved, and at least 64,
+/// because some encoders take no less. What is added on the right and at the bottom is cut off after
+/// decoding.
+constexpr int coded_side(int side) {
+    return side < 64 ? 64 : side + (side & 1);
+}
 
 struct VideoEncoderSettings {
-    std::string codec = "h264";           ///< mpeg4, h264, hevc, av1
-    int width = 0, height = 0;            ///< coded size: coded_side() of the picture's
+    std::string codec = "h264";  ///< mpeg4, h264, hevc, av1
+    int width = 0, height = 0;   ///< coded size: coded_side() of the picture's
     Rational frame_rate{30, 1};
-    std::optional<double> kbps;           ///< average over the clip; else
-    double quality = 75;                  ///< 0 .. 100: x264 and x265 CRF 46 .. 12, AV1 CRF 63 .. 12, MPEG-4 quantiser 31 .. 2
-    std::string speed;                    ///< the encoder's own preset; empty: ours
-    std::int64_t key_interval = 30;       ///< frames from one forced key frame to the next, at most
-    bool full_range = false;              ///< BT.709 always; BT.709 primaries, sRGB transfer
+    std::optional<double> kbps;  ///< average over the clip; else
+    double quality =
+        75;             ///< 0 .. 100: x264 and x265 CRF 46 .. 12, AV1 CRF 63 .. 12, MPEG-4 quantiser 31 .. 2
+    std::string speed;  ///< the encoder's own preset; empty: ours
+    std::int64_t key_interval = 30;  ///< frames from one forced key frame to the next, at most
+    bool full_range = false;         ///< BT.709 always; BT.709 primaries, sRGB transfer
 };
 
 struct VideoPacket {
-    std::int64_t frame = 0;               ///< number of the picture in presentation order, from 0
-    bool key = false;                     ///< nothing after it in decoding order needs anything before it
+    std::int64_t frame = 0;  ///< number of the picture in presentation order, from 0
+    bool key = false;        ///< nothing after it in decoding order needs anything before it
     Bytes bytes;
 };
 
-/// Turns 4:2:0 pictures into packets through libavcodec. No packet after a key frame, in decoding order, shows a picture
-/// before it: groups are closed. Thread counts are fixed here because they change x264's, x265's and MPEG-4's output; the
-/// output is the same on every machine with the same libraries.
+/// Turns 4:2:0 pictures into packets through libavcodec. No packet after a key frame, in decoding order,
+/// shows a picture before it: groups are closed. Thread counts are fixed here because they change x264's,
+/// x265's and MPEG-4's output; the output is the same on every machine with the same libraries.
 class VideoEncoder {
 public:
     /// Fails for unknown codecs (naming those available), presets and sizes.

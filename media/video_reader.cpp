@@ -32,22 +32,28 @@ Result<OpenVideo> open_video(const std::string& path) {
         return error;
     }
     OpenVideo video{InputPtr(raw), nullptr, -1};
-    if (const int code = avformat_find_stream_info(raw, nullptr); code < 0) return av_error(code, "cannot read " + path);
+    if (const int code = avformat_find_stream_info(raw, nullptr); code < 0)
+        return av_error(code, "cannot read " + path);
     video.stream = av_find_best_stream(raw, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
     if (video.stream < 0) return Error{ErrorCode::missing, path + " has no video"};
     for (unsigned s = 0; s < raw->nb_streams; ++s)
         if (int(s) != video.stream) raw->streams[s]->discard = AVDISCARD_ALL;
     const AVCodecParameters& parameters = *raw->streams[video.stream]->codecpar;
     // FFmpeg's own AV1 decoder needs a GPU.
-    const AVCodec* decoder = parameters.codec_id == AV_CODEC_ID_AV1 ? avcodec_find_decoder_by_name("libdav1d") : nullptr;
+    const AVCodec* decoder =
+        parameters.codec_id == AV_CODEC_ID_AV1 ? avcodec_find_decoder_by_name("libdav1d") : nullptr;
     if (!decoder) decoder = avcodec_find_decoder(parameters.codec_id);
-    if (!decoder) return Error{ErrorCode::unavailable, path + ": this FFmpeg has no decoder for " + avcodec_get_name(parameters.codec_id)};
+    if (!decoder)
+        return Error{ErrorCode::unavailable,
+                     path + ": this FFmpeg has no decoder for " + avcodec_get_name(parameters.codec_id)};
     video.codec.reset(allocated(avcodec_alloc_context3(decoder)));
-    if (const int code = avcodec_parameters_to_context(video.codec.get(), &parameters); code < 0) return av_error(code, "cannot read " + path);
+    if (const int code = avcodec_parameters_to_context(video.codec.get(), &parameters); code < 0)
+        return av_error(code, "cannot read " + path);
     video.codec->pkt_timebase = raw->streams[video.stream]->time_base;
     video.codec->max_pixels = 8192 * 8192;
     video.codec->thread_count = std::min(thread_count(), 8);
-    if (const int code = avcodec_open2(video.codec.get(), decoder, nullptr); code < 0) return av_error(code, "cannot decode " + path);
+    if (const int code = avcodec_open2(video.codec.get(), decoder, nullptr); code < 0)
+        return av_error(code, "cannot decode " + path);
     return video;
 }
 
@@ -56,12 +62,12 @@ Result<OpenVideo> open_video(const std::string& path) {
 struct VideoReader::State {
     std::string path;
     OpenVideo video;
-    std::vector<Entry> entries;          ///< in decoding order
-    std::vector<std::size_t> shown;      ///< presentation order -> entry
-    bool seekable = false;               ///< every packet has a presentation time of its own
-    std::int64_t next = 0;               ///< number of the frame that the decoder gives next; -1: to be found by its time
+    std::vector<Entry> entries;      ///< in decoding order
+    std::vector<std::size_t> shown;  ///< presentation order -> entry
+    bool seekable = false;           ///< every packet has a presentation time of its own
+    std::int64_t next = 0;  ///< number of the frame that the decoder gives next; -1: to be found by its time
     bool draining = false;
-    std::int64_t last_number = -1;       ///< of the frame below
+    std::int64_t last_number = -1;  ///< of the frame below
     FramePtr frame = make_frame();
     PacketPtr packet = make_packet();
 
@@ -83,8 +89,10 @@ struct VideoReader::State {
         shown.resize(entries.size());
         for (std::size_t i = 0; i < shown.size(); ++i) shown[i] = i;
         if (seekable) {
-            std::stable_sort(shown.begin(), shown.end(), [&](std::size_t a, std::size_t b) { return entries[a].pts < entries[b].pts; });
-            for (std::size_t i = 1; i < shown.size(); ++i) seekable = seekable && entries[shown[i]].pts != entries[shown[i - 1]].pts;
+            std::stable_sort(shown.begin(), shown.end(),
+                             [&](std::size_t a, std::size_t b) { return entries[a].pts < entries[b].pts; });
+            for (std::size_t i = 1; i < shown.size(); ++i)
+                seekable = seekable && entries[shown[i]].pts != entries[shown[i - 1]].pts;
         }
         return reopen();
     }
@@ -111,7 +119,9 @@ struct VideoReader::State {
                 draining = true;
                 read = avcodec_send_packet(video.codec.get(), nullptr);
             } else {
-                read = packet->stream_index == video.stream ? avcodec_send_packet(video.codec.get(), packet.get()) : 0;
+                read = packet->stream_index == video.stream
+                           ? avcodec_send_packet(video.codec.get(), packet.get())
+                           : 0;
                 av_packet_unref(packet.get());
             }
             if (read < 0 && read != AVERROR_EOF) return av_error(read, path + " does not decode");
@@ -120,19 +130,24 @@ struct VideoReader::State {
 
     std::int64_t number_of_frame() const {
         const std::int64_t pts = frame->best_effort_timestamp;
-        const auto at = std::lower_bound(shown.begin(), shown.end(), pts, [&](std::size_t entry, std::int64_t t) { return entries[entry].pts < t; });
+        const auto at =
+            std::lower_bound(shown.begin(), shown.end(), pts,
+                             [&](std::size_t entry, std::int64_t t) { return entries[entry].pts < t; });
         if (at == shown.end() || entries[*at].pts != pts) return -1;
         return at - shown.begin();
     }
 
-    /// Puts the decoder before `number`: at the last key frame from which it decodes. `back`: that many key frames earlier.
+    /// Puts the decoder before `number`: at the last key frame from which it decodes. `back`: that many key
+    /// frames earlier.
     Result<void> seek(std::int64_t number, int back) {
         std::size_t entry = shown[std::size_t(number)];
         for (;; --entry) {
             if (entries[entry].key && entries[entry].pts <= pts_of(number) && back-- == 0) break;
             if (entry == 0) return reopen();
         }
-        const std::int64_t time = entries[entry].dts != AV_NOPTS_VALUE ? std::min(entries[entry].dts, entries[entry].pts) : entries[entry].pts;
+        const std::int64_t time = entries[entry].dts != AV_NOPTS_VALUE
+                                      ? std::min(entries[entry].dts, entries[entry].pts)
+                                      : entries[entry].pts;
         if (av_seek_frame(video.input.get(), video.stream, time, AVSEEK_FLAG_BACKWARD) < 0) return reopen();
         avcodec_flush_buffers(video.codec.get());
         next = -1;
@@ -173,11 +188,15 @@ struct VideoReader::State {
                 next = here + 1;
                 continue;
             }
-            // Past it, or at the end: the key frame did not do. Go further back, in the end to the very beginning.
+            // Past it, or at the end: the key frame did not do. Go further back, in the end to the very
+            // beginning.
             if (!seekable || attempt > 3)
-                return Error{ErrorCode::damaged, path + ": frame " + std::to_string(number) + " of " + std::to_string(shown.size()) + " does not decode"};
-            if (attempt < 3) MIEN_CHECK(seek(number, attempt));
-            else MIEN_CHECK(reopen());
+                return Error{ErrorCode::damaged, path + ": frame " + std::to_string(number) + " of " +
+                                                     std::to_string(shown.size()) + " does not decode"};
+            if (attempt < 3)
+                MIEN_CHECK(seek(number, attempt));
+            else
+                MIEN_CHECK(reopen());
             ++attempt;
         }
     }
@@ -208,9 +227,15 @@ Result<std::unique_ptr<VideoReader>> VideoReader::open(const std::filesystem::pa
     return std::unique_ptr<VideoReader>(new VideoReader(std::move(state)));
 }
 
-int VideoReader::width() const { return state_->video.codec->width; }
-int VideoReader::height() const { return state_->video.codec->height; }
-std::int64_t VideoReader::frames() const { return std::int64_t(state_->shown.size()); }
+int VideoReader::width() const {
+    return state_->video.codec->width;
+}
+int VideoReader::height() const {
+    return state_->video.codec->height;
+}
+std::int64_t VideoReader::frames() const {
+    return std::int64_t(state_->shown.size());
+}
 
 Rational VideoReader::frame_rate() const {
     AVStream* stream = state_->video.input->streams[state_->video.stream];

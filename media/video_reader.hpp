@@ -7,12 +7,14 @@
 
 namespace mien::media {
 
-/// The frames of any video FFmpeg reads, by number in presentation order, as RGB by the video's own matrix, range and
-/// chroma siting (BT.601 below 720 lines and limited range when it says nothing). The count is exact: packets are counted
-/// when the file is opened, whatever its header claims. Ascending numbers decode each picture once; others seek.
+/// The frames of any video FFmpeg reads, by number in presentation order, as RGB by the video's own matrix,
+/// range and chroma siting (BT.601 below 720 lines and limited range when it says nothing). The count is
+/// exact: packets are counted when the file is opened, whatever its header claims. Ascending numbers decode
+/// each picture once; others seek.
 class VideoReader : public TextureSource {
 public:
-    /// `unavailable` when the file cannot be opened, `missing` when it has no video, `damaged` when nothing decodes.
+    /// `unavailable` when the file cannot be opened, `missing` when it has no video, `damaged` when nothing
+    /// decodes.
     static Result<std::unique_ptr<VideoReader>> open(const std::filesystem::path& path);
     ~VideoReader() override;
 

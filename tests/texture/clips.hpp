@@ -25,10 +25,12 @@ public:
         for (int y = 0; y < height_; ++y)
             for (int x = 0; x < width_; ++x) {
                 const double t = double(frame) * 0.2, u = 6.3 * x / 100, v = 6.3 * y / 100;
-                const double wave[3] = {150 + 60 * std::sin(u + t), 120 + 50 * std::sin(v - t), 100 + 40 * std::cos(u + v + t)};
+                const double wave[3] = {150 + 60 * std::sin(u + t), 120 + 50 * std::sin(v - t),
+                                        100 + 40 * std::cos(u + v + t)};
                 const bool lip = std::abs(y - height_ / 2) < 3 + 2 * std::sin(t);
                 for (int c = 0; c < channels_; ++c)
-                    image.at(x, y)[c] = c == 3 ? std::uint8_t(x * 7 + y) : std::uint8_t(wave[c] * (lip ? 0.6 : 1));
+                    image.at(x, y)[c] =
+                        c == 3 ? std::uint8_t(x * 7 + y) : std::uint8_t(wave[c] * (lip ? 0.6 : 1));
             }
         return image;
     }
@@ -62,7 +64,8 @@ inline decoder::TextureDecoder decoder_of(const encoder::EncodedTexture& encoded
 }
 
 /// All pictures of one group, through a decoder that may have decoded anything before.
-inline Result<std::vector<decoder::TextureFrame>> decode_group(decoder::TextureDecoder& decoder, const protocol::Group& group) {
+inline Result<std::vector<decoder::TextureFrame>> decode_group(decoder::TextureDecoder& decoder,
+                                                               const protocol::Group& group) {
     decoder.begin_group(group.first_time);
     std::vector<decoder::TextureFrame> all;
     for (const protocol::Object& object : group.objects) {
