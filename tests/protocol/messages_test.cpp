@@ -469,7 +469,9 @@ TEST(Messages, EveryByteOfEveryKindMayBeWrong) {
                 damaged[i] = static_cast<std::byte>(value);
                 const auto parsed = parse_message(damaged);
                 // What is accepted is a message in its only form.
-                if (parsed && !std::holds_alternative<StaticBlob>(*parsed)) EXPECT_EQ(encode(*parsed), damaged);
+                if (parsed && !std::holds_alternative<StaticBlob>(*parsed)) {
+                    EXPECT_EQ(encode(*parsed), damaged);
+                }
             }
         }
     }
