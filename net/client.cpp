@@ -533,7 +533,13 @@ Client::Client(Url url, SourceOptions options) : state_(std::make_unique<State>(
     state.wish.seek = state.options.start;
     state.wish.rate = state.options.rate;
     asio::co_spawn(state.io, state.run(), asio::detached);
-    state.thread = std::thread([&state] { state.io.run(); });
+    state.thread = std::thread([&state] {
+        try {
+            state.io.run();
+        } catch (const std::exception& e) {  // out of memory, for instance
+            state.set_status(SourceState::failed, e.what());
+        }
+    });
 }
 
 Client::~Client() {

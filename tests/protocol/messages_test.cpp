@@ -236,7 +236,7 @@ TEST(Messages, Index) {
         {{0, 0, 0, 1, 100, 50}, {2, 0, -312, 50, 150, 60}, {0, 1, 30, 1, 210, 300}, {2, 1, 47688, 50, 515, 70}}};
     expect_bytes(index, literal({
         0x06,                    // type INDEX
-        0x25,                    // length 37
+        0x21,                    // length 33
         0x2b, 0xf5, 0x7c, 0x2b,  // CRC-32C of all that follows
         0x04,                    // four entries
         0x00,                    // slot 0
