@@ -22,7 +22,8 @@ if(NOT MIEN_CORE_ONLY)
 
     add_library(asio INTERFACE)
     target_include_directories(asio SYSTEM INTERFACE ${ASIO_INCLUDE})
-    target_compile_definitions(asio INTERFACE ASIO_STANDALONE ASIO_NO_DEPRECATED)
+    # Asio finds aligned_alloc only when a standard header comes before it; files that differ in that would not link soundly.
+    target_compile_definitions(asio INTERFACE ASIO_STANDALONE ASIO_NO_DEPRECATED ASIO_DISABLE_STD_ALIGNED_ALLOC)
     target_link_libraries(asio INTERFACE Threads::Threads)
     add_library(stb INTERFACE)
     target_include_directories(stb SYSTEM INTERFACE ${STB_INCLUDE})
