@@ -43,8 +43,8 @@ struct DestroyWindow {
 
 /// What opening a stream in the background gives.
 struct Opened {
-    Result<Session> session;
-    std::unique_ptr<SoundOutput> sound;
+    std::unique_ptr<SoundOutput> sound;   // outlives the decode thread of the session, which fills it
+    Result<Session> session = Error{ErrorCode::missing, "not opened"};
     std::string no_sound;
 };
 
@@ -55,7 +55,7 @@ Opened open_stream(const Options& options, std::string input, std::shared_ptr<st
     wanted.sound = options.sound;
     wanted.wait = options.wait;
     wanted.give_up = [cancelled] { return cancelled->load(); };
-    Opened opened{Error{ErrorCode::missing, ""}, nullptr, ""};
+    Opened opened;
     wanted.sound_sink = [&](const StreamModel& stream) -> DecodeThread::SoundSink {
         if (stream.sound) opened.sound = SoundOutput::open(stream.sample_rate, &opened.no_sound);
         if (!opened.sound) return {};

@@ -54,6 +54,22 @@ void place_eyes(const model::FaceModel& model, const std::vector<Triangle>& eyes
     }
 }
 
+/// Lashes, tear films and corneas belong to the eyeball they are nearest to.
+void place_around_eyes(const Points& positions, const std::vector<Triangle>& eyes, const std::vector<Triangle>& around,
+                       std::vector<Sphere>& features) {
+    std::vector<Sphere> balls;
+    for (const std::uint32_t v : vertices_of(eyes))
+        if (std::none_of(balls.begin(), balls.end(), [&](const Sphere& b) { return b.centre == features[v].centre; }))
+            balls.push_back(features[v]);
+    for (const std::uint32_t v : vertices_of(around)) {
+        const auto distance = [&](const Sphere& b) { return (positions.row(v).transpose() - b.centre).squaredNorm(); };
+        const auto nearest = std::min_element(balls.begin(), balls.end(), [&](const Sphere& a, const Sphere& b) {
+            return distance(a) < distance(b);
+        });
+        if (nearest != balls.end()) features[v] = *nearest;
+    }
+}
+
 /// The mouth: z of the front teeth, and a depth over which light fades behind them.
 void place_mouth(const model::FaceModel& model, const std::vector<Triangle>& inside, const std::vector<Triangle>& teeth,
                  std::vector<Sphere>& features) {
@@ -108,9 +124,11 @@ Corners make_corners(const model::FaceModel& model) {
         triangles[surfaces[t]].push_back(mesh.triangles[t]);
     }
     std::vector<Sphere> features(mesh.vertex_count());
-    std::vector<Triangle> eyes = triangles[Surface::eye];
+    const std::vector<Triangle>& eyes = triangles[Surface::eye];
     place_eyes(model, triangles[Surface::cornea], features);
     place_eyes(model, eyes, features);
+    for (const Surface around : {Surface::lashes, Surface::cornea})
+        place_around_eyes(mesh.positions, eyes, triangles[around], features);
     place_mouth(model, triangles[Surface::mouth], triangles[Surface::teeth], features);
 
     Corners result;

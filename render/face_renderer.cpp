@@ -142,7 +142,7 @@ void FaceRenderer::State::draw_face(const Camera& camera, const Look& look, cons
     for (const Batch& batch : batches) {
         const bool cornea = batch.surface == Surface::cornea;
         if (cornea && !look.lit) continue;
-        const bool textured = look.texture && batch.textured && !cornea;
+        const bool textured = look.texture && batch.textured && !cornea && batch.surface != Surface::lashes;
         gl::Program& p = program(batch.surface, textured ? albedo.kind() : Albedo::Kind::none);
         if (textured) albedo.apply(p);
         p.set("view_projection", view_projection);
@@ -162,7 +162,8 @@ void FaceRenderer::State::draw_face(const Camera& camera, const Look& look, cons
         p.set("lit", int(look.lit));
         p.set("shadows", int(shadowed));
         p.set("wireframe", 0);
-        if (cornea) {
+        const bool blended = cornea || batch.surface == Surface::lashes;
+        if (blended) {
             glEnable(GL_BLEND);
             glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
             glDepthMask(GL_FALSE);
@@ -177,7 +178,7 @@ void FaceRenderer::State::draw_face(const Camera& camera, const Look& look, cons
             glDisable(GL_POLYGON_OFFSET_LINE);
             glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
         }
-        if (cornea) {
+        if (blended) {
             glDisable(GL_BLEND);
             glDepthMask(GL_TRUE);
         }

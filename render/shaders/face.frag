@@ -4,7 +4,7 @@ in vec3 position;
 in vec3 normal;
 in vec2 texcoord;
 in vec3 light_place;
-#if SURFACE == EYE || SURFACE == CORNEA || SURFACE == TEETH || SURFACE == MOUTH
+#if SURFACE == EYE || SURFACE == CORNEA || SURFACE == TEETH || SURFACE == MOUTH || SURFACE == LASHES
 in vec3 cavity;
 in vec3 rest_place;
 #endif
@@ -47,6 +47,16 @@ vec3 plain_eye() {
     vec3 c = mix(vec3(0.006), iris, smoothstep(0.16, 0.19, off_axis));
     c *= 1.0 - 0.75 * smoothstep(0.40, 0.475, off_axis);
     return mix(c, vec3(0.66, 0.62, 0.58), smoothstep(0.455, 0.495, off_axis));
+}
+#endif
+
+#if SURFACE == LASHES
+// A card of lashes without a picture of them: strands that fan out from the eye and thin towards their tips.
+float strands() {
+    const float along = clamp((length(rest_place) - 1.0) / 0.55, 0.0, 1.0);
+    const float across = abs(fract(atan(rest_place.y, rest_place.x) * 11.0) * 2.0 - 1.0);
+    const float width = mix(0.55, 0.05, along);
+    return 0.85 * (1.0 - smoothstep(width, width + 0.35, across)) * (1.0 - smoothstep(0.75, 1.0, along));
 }
 #endif
 
@@ -122,7 +132,11 @@ void main() {
     const vec3 base = albedo();
 #endif
     if (lit == 0) {
+#if SURFACE == LASHES
+        colour = vec4(base, 1) * strands();
+#else
         colour = vec4(base, 1);
+#endif
         return;
     }
 
@@ -148,7 +162,10 @@ void main() {
     const float grazing2 = grazing * grazing;
     const float fresnel = grazing2 * grazing2 * grazing;
     float cover = 1.0;
-#if SURFACE == SKIN || SURFACE == OTHER
+#if SURFACE == LASHES
+    cover = strands();
+    sum *= cover;
+#elif SURFACE == SKIN || SURFACE == OTHER
     const vec3 h0 = normalize(light_towards[0] + to_eye), h1 = normalize(light_towards[1] + to_eye);
     const vec3 h2 = normalize(light_towards[2] + to_eye);
     const float key_cos = dot(n, h0), fill_cos = dot(n, h1), rim_cos = dot(n, h2);

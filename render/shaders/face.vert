@@ -17,7 +17,7 @@ out vec3 position;
 out vec3 normal;
 out vec2 texcoord;
 out vec3 light_place;
-#if SURFACE == EYE || SURFACE == CORNEA || SURFACE == TEETH || SURFACE == MOUTH
+#if SURFACE == EYE || SURFACE == CORNEA || SURFACE == TEETH || SURFACE == MOUTH || SURFACE == LASHES
 out vec3 cavity;        // place in the eyeball or mouth, head axes, in its radii
 out vec3 rest_place;    // the same at neutral: where the iris is
 #endif
@@ -29,7 +29,7 @@ void main() {
     texcoord = vec2(uv.x, 1.0 - uv.y);
     // Off the surface along its normal, so that a surface does not shade itself.
     light_place = (light_projection * vec4(position + 1.2 * normal, 1)).xyz * 0.5 + 0.5;
-#if SURFACE == EYE || SURFACE == CORNEA || SURFACE == TEETH || SURFACE == MOUTH
+#if SURFACE == EYE || SURFACE == CORNEA || SURFACE == TEETH || SURFACE == MOUTH || SURFACE == LASHES
     const vec3 head = (position - head_translation) * head_rotation;   // transposed: back into head space
     cavity = (head - feature.xyz) / feature.w;
     rest_place = (vec3(neutral[at], neutral[at + 1u], neutral[at + 2u]) - feature.xyz) / feature.w;

@@ -1,0 +1,161 @@
+#include "player/group_decoder.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "player/session.hpp"
+#include "small_stream.hpp"
+
+namespace mien::player {
+namespace {
+
+/// A stream in memory: its model ready, its groups at hand.
+struct Opened {
+    Folder folder;
+    encoder::EncodedStream encoded;
+    std::unique_ptr<net::StreamSource> source;
+    std::unique_ptr<StreamModel> stream;
+
+    explicit Opened(encoder::EncodedStream made) : encoded(std::move(made)) {
+        auto opened = net::open_source(store(encoded, folder));
+        EXPECT_TRUE(opened.ok());
+        source = std::move(*opened);
+        EXPECT_TRUE(source->wait_ready(std::chrono::seconds(5)).ok());
+        auto model = open_stream_model(*source, true);
+        if (!model.ok()) throw std::runtime_error(model.error().message);
+        stream = std::make_unique<StreamModel>(std::move(*model));
+    }
+    bool is_visual(const protocol::Group& group) const {
+        return group.slot == stream->motion_slot || (stream->texture && group.slot == stream->texture_slot);
+    }
+};
+
+std::vector<PlayFrame> drain(GroupDecoder& decoder) {
+    std::vector<PlayFrame> frames;
+    while (decoder.has_work())
+        for (PlayFrame& frame : decoder.step()) frames.push_back(std::move(frame));
+    return frames;
+}
+
+std::vector<std::int64_t> numbers(const std::vector<PlayFrame>& frames) {
+    std::vector<std::int64_t> numbers;
+    for (const PlayFrame& frame : frames) numbers.push_back(frame.frame);
+    return numbers;
+}
+
+std::vector<std::int64_t> range(std::int64_t first, std::int64_t end) {
+    std::vector<std::int64_t> numbers;
+    for (std::int64_t f = first; f < end; ++f) numbers.push_back(f);
+    return numbers;
+}
+
+TEST(GroupDecoder, ShowsEveryFrameOnceWithItsOwnTexture) {
+    Opened opened(small_stream());
+    GroupDecoder decoder(*opened.stream);
+    decoder.restart(0);
+    for (const auto& group : opened.encoded.groups)
+        if (opened.is_visual(group)) decoder.add(group);
+    decoder.finish();
+    const std::vector<PlayFrame> frames = drain(decoder);
+    ASSERT_EQ(numbers(frames), range(0, kFrames));
+    for (const PlayFrame& frame : frames) {
+        EXPECT_EQ(frame.motion.frame, frame.frame);
+        ASSERT_TRUE(frame.texture);
+        EXPECT_EQ(frame.texture->frame, frame.frame);
+        EXPECT_NEAR(decoder::to_rgb(frame.texture->picture).at(32, 32)[1], 40 + 8 * int(frame.frame), 3);
+        // The ball grows by half a millimetre a frame.
+        const Points points = model::evaluate(opened.stream->model, opened.stream->composed, frame.motion);
+        EXPECT_NEAR(points.rowwise().norm().maxCoeff(), 90 + 0.5 * double(frame.frame), 0.6);
+    }
+    EXPECT_TRUE(decoder.drained());
+    EXPECT_EQ(decoder.damaged_groups(), 0u);
+}
+
+TEST(GroupDecoder, AGroupWithoutItsTextureIsLeftOut) {
+    Opened opened(small_stream());
+    GroupDecoder decoder(*opened.stream);
+    decoder.restart(0);
+    for (const auto& group : opened.encoded.groups)
+        if (opened.is_visual(group) && !(group.group == 1 && group.slot == opened.stream->texture_slot)) decoder.add(group);
+    decoder.finish();
+    std::vector<std::int64_t> expected = range(0, 5);
+    for (const std::int64_t f : range(10, kFrames)) expected.push_back(f);
+    EXPECT_EQ(numbers(drain(decoder)), expected) << "geometry never comes with another frame's texture, or none";
+    EXPECT_EQ(decoder.damaged_groups(), 1u);
+}
+
+TEST(GroupDecoder, ADamagedMotionGroupCostsItselfOnly) {
+    Opened opened(small_stream(false));
+    GroupDecoder decoder(*opened.stream);
+    decoder.restart(0);
+    for (protocol::Group group : opened.encoded.groups) {
+        if (!opened.is_visual(group)) continue;
+        if (group.group == 2) group.objects.front().bytes.resize(1);
+        decoder.add(std::move(group));
+    }
+    decoder.finish();
+    std::vector<std::int64_t> expected = range(0, 10);
+    for (const std::int64_t f : range(15, kFrames)) expected.push_back(f);
+    EXPECT_EQ(numbers(drain(decoder)), expected);
+    EXPECT_EQ(decoder.damaged_groups(), 1u);
+    EXPECT_FALSE(decoder.last_damage().empty());
+}
+
+TEST(GroupDecoder, ASeekIntoAGroupStartsAtItsFrame) {
+    Opened opened(small_stream());
+    GroupDecoder decoder(*opened.stream);
+    decoder.restart(7);
+    for (const auto& group : opened.encoded.groups)
+        if (opened.is_visual(group) && group.group >= 1) decoder.add(group);
+    decoder.finish();
+    EXPECT_EQ(numbers(drain(decoder)), range(7, kFrames));
+}
+
+TEST(GroupDecoder, AWholeClipInOneGroupComesAPictureAtATime) {
+    Opened opened(small_stream(true, false, std::nullopt));
+    GroupDecoder decoder(*opened.stream);
+    decoder.restart(0);
+    for (const auto& group : opened.encoded.groups) decoder.add(group);
+    decoder.finish();
+    std::vector<PlayFrame> frames;
+    while (decoder.has_work()) {
+        std::vector<PlayFrame> some = decoder.step();
+        for (PlayFrame& frame : some) frames.push_back(std::move(frame));
+    }
+    EXPECT_EQ(numbers(frames), range(0, kFrames));
+}
+
+TEST(GroupDecoder, AsksForMoreOnlyWhenLittleWaits) {
+    Opened opened(small_stream());
+    GroupDecoder decoder(*opened.stream);
+    decoder.restart(0);
+    EXPECT_TRUE(decoder.wants_group());
+    std::size_t taken = 0;
+    for (const auto& group : opened.encoded.groups) {
+        if (!opened.is_visual(group)) continue;
+        if (!decoder.wants_group()) break;
+        decoder.add(group);
+        ++taken;
+    }
+    EXPECT_LT(taken, 8u) << "all eight groups of two tracks would mean no bound";
+    drain(decoder);
+    EXPECT_TRUE(decoder.wants_group());
+}
+
+TEST(GroupDecoder, ASlowMachineSkipsToTheGroupThatIsDue) {
+    Opened opened(small_stream());
+    GroupDecoder decoder(*opened.stream);
+    decoder.restart(0);
+    for (const auto& group : opened.encoded.groups)
+        if (opened.is_visual(group) && group.group <= 2) decoder.add(group);
+    decoder.step();
+    EXPECT_EQ(decoder.skip_to(3), 0) << "nothing later is due";
+    EXPECT_GT(decoder.skip_to(6), 0) << "group 1 is due, group 0 is late";
+    const std::vector<PlayFrame> frames = drain(decoder);
+    ASSERT_FALSE(frames.empty());
+    EXPECT_EQ(frames.front().frame, 5);
+}
+
+}  // namespace
+}  // namespace mien::player
