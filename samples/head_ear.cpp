@@ -12,10 +12,19 @@ double outline(double psi) {
     return radius(degrees);
 }
 
+constexpr double kMiddleY = -15, kMiddleZ = -14;
+constexpr double kLean = 0.21;  // the ear's length leans back from the vertical, rad
+
 }  // namespace
+
+double ear_angle(const Vec3d& p) {
+    const double y = p.y() - kMiddleY, z = p.z() - kMiddleZ;
+    return std::atan2(-z * std::sin(kLean) + y * std::cos(kLean), z * std::cos(kLean) + y * std::sin(kLean));
+}
 
 Vec3d ear_point(const HeadSurface& surface, int ring, double psi) {
     // How far the rim stands off the head: nothing in front, most behind and above; the lobe a little.
+    psi = std::remainder(psi, 2 * pi);
     const double c = std::cos(psi), s = std::sin(psi);
     const double behind = smooth_step(0.55, -0.75, c);
     const double lobe = smooth_step(-0.55, -0.95, s);
@@ -30,18 +39,17 @@ Vec3d ear_point(const HeadSurface& surface, int ring, double psi) {
     const Ring& r = kRings[ring];
     double scale = r.scale, height = rim * r.height - r.below;
     // In front nothing is undercut: the shell grows out of the cheek, with the tragus before the concha.
-    const double front = 1 - behind;
-    if (ring <= 3) scale = mix(scale, std::array{1.16, 1.08, 1.03, 1.0}[ring], front);
+    const double front = std::max(1 - behind, lobe);
+    if (ring <= 3) scale = mix(scale, std::array{1.16, 1.07, 1.03, 1.005}[ring], front);
     if (ring >= 5 && ring <= 9) scale = mix(scale, std::array{0.97, 0.93, 0.88, 0.82, 0.74}[ring - 5], 0.8 * front);
-    if (ring >= 6 && ring <= 10) height += 2.2 * bell(psi > pi ? psi - 2 * pi : psi, -0.05, 0.35) * std::array{0.3, 0.8, 1.2, 1.3, 0.9}[ring - 6];
+    if (ring >= 6 && ring <= 10) height += 2.2 * bell(psi, -0.05, 0.35) * std::array{0.3, 0.8, 1.2, 1.3, 0.9}[ring - 6];
     // The lobe has neither rim nor groove.
     if (ring >= 5) height = mix(height, rim - (ring > 9 ? r.below * 0.7 : 0.5), 0.85 * lobe);
     height = std::max(height, ring > 10 ? -5.0 : -0.3);
 
     const double radius = outline(psi) * scale;
-    const double lean = 0.21;  // the ear's length leans back from the vertical
     const double a = radius * c, b = radius * s;
-    const double z = -14 + a * std::cos(lean) - b * std::sin(lean), y = -15 + a * std::sin(lean) + b * std::cos(lean);
+    const double z = kMiddleZ + a * std::cos(kLean) - b * std::sin(kLean), y = kMiddleY + a * std::sin(kLean) + b * std::cos(kLean);
     const Vec3d foot = surface.side(y, z);
     // The shell leans out and back.
     const Vec3d out = Vec3d(1, 0.05, -0.28).normalized();

@@ -10,7 +10,7 @@
 namespace mien::samples {
 
 /// Concentric loops of vertices around an opening, from the skin inwards; all loops of an opening are equally long.
-/// Index 0 lies at the actor's left end (x greatest for the mouth, the outer corner for an eye, the front for an ear),
+/// Index 0 lies at the actor's left end (x greatest for the mouth, the outer corner for an eye, the back for an ear),
 /// a quarter of the way on at the top.
 struct Loops {
     std::vector<std::vector<std::uint32_t>> rings;  ///< ring 0: on the skin grid
@@ -74,6 +74,8 @@ void add_eyeballs(const HeadSurface& surface, HeadMeshBuilder& builder, HeadMesh
 void add_teeth(const HeadSurface& surface, HeadMeshBuilder& builder, HeadMesh& head);
 /// Ring `ring` of the ear at loop angle `psi` (0 front, pi/2 top), on the left.
 Vec3d ear_point(const HeadSurface& surface, int ring, double psi);
+/// The loop angle at which a place of the left side of the head is seen from the middle of the ear.
+double ear_angle(const Vec3d& p);
 inline constexpr int kEarRings = 13;
 
 }  // namespace mien::samples

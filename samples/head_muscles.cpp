@@ -23,10 +23,10 @@ double corner(const MouthPlace& m, double reach = 17) {
 double around(const MouthPlace& m, double reach) { return gauss(m.distance, reach); }
 /// Upper or lower lip with the skin next to it, fading over `reach` mm.
 double upper_lip(const MouthPlace& m, double reach) {
-    return m.upper * gauss(std::max(m.above, 0.0), reach) * smooth_step(1.25, 0.45, m.along);
+    return m.upper * gauss(std::max(m.above, 0.0), reach) * smooth_step(1.06, 0.4, m.along);
 }
 double lower_lip(const MouthPlace& m, double reach) {
-    return (1 - m.upper) * gauss(std::max(-m.above, 0.0), reach) * smooth_step(1.25, 0.45, m.along);
+    return (1 - m.upper) * gauss(std::max(-m.above, 0.0), reach) * smooth_step(1.06, 0.4, m.along);
 }
 /// Middle of the left half of a lip.
 double left_lip(const MouthPlace& m) { return left(m.x, 10) * mix(1, 0.55, gauss(m.along, 0.25)); }

@@ -27,10 +27,10 @@ void HeadRig::find_jaw(const HeadSurface& surface, const std::vector<MouthPlace>
     const Points& rest = head_.mesh.positions;
     const std::uint32_t V = head_.mesh.vertex_count();
     const double w = surface.mouth_half_width(), corner = 0.46;
-    std::vector<char> lips(V, 0);
+    std::vector<char> kept(V, 0);  // lips keep their edge, ears stay
     const int n = head_.mouth.size(), rings = static_cast<int>(head_.mouth.rings.size());
     for (int r = 3; r < rings; ++r)
-        for (const std::uint32_t v : head_.mouth.rings[r]) lips[v] = 1;
+        for (const std::uint32_t v : head_.mouth.rings[r]) kept[v] = 1;
     for (const bool closed : {false, true}) {
         Eigen::VectorXf& field = closed ? jaw_closed_ : jaw_;
         field = Eigen::VectorXf::Zero(V);
@@ -40,8 +40,8 @@ void HeadRig::find_jaw(const HeadSurface& surface, const std::vector<MouthPlace>
             const double upper = mix(mix(0.03, corner, q), shut, closed), lower = mix(mix(1, corner, q), shut, closed);
             // Upper lips stay and lower lips go; beyond the corners the cheek stretches evenly between the two.
             double jaw = places[v].upper > 0.5 || (places[v].upper == 0.5 && above > 0)
-                             ? upper * smooth_step(mix(18, 42, q), 0, above)
-                             : mix(lower, 1, smooth_step(0, mix(12, 40, q), -above));
+                             ? upper * smooth_step(mix(18, 42, q) + 8 * closed, 8 * closed, above)
+                             : mix(lower, 1, smooth_step(9 * closed, mix(12, 40, q) + 9 * closed, -above));
             jaw *= smooth_step(-32, 6, z);
             // The throat follows a little, the neck not at all.
             jaw *= smooth_step(-150, -100, y + 0.35 * std::max(z, 0.0) * smooth_step(-100, -116, y) - 15);
@@ -54,10 +54,10 @@ void HeadRig::find_jaw(const HeadSurface& surface, const std::vector<MouthPlace>
                 field[head_.mouth.rings[r][k]] = float(mix(smooth_step(0.5, -0.5, s), 0.5, 0.6 * deep * deep));
             }
         field[head_.mouth.rings.back().back() + 1] = 0.5f;
-        smooth(field, lips);
         for (const Loops& ear : head_.ears)
             for (std::size_t r = 1; r < ear.rings.size(); ++r)
-                for (const std::uint32_t v : ear.rings[r]) field[v] = 0;
+                for (const std::uint32_t v : ear.rings[r]) field[v] = 0, kept[v] = 1;
+        smooth(field, kept);
         const auto fill = [&](const VertexRange& range, float value) { field.segment(range.first, range.count).setConstant(value); };
         for (const VertexRange& eye : head_.eyeballs) fill(eye, 0);
         fill(head_.upper_teeth, 0);
@@ -94,7 +94,7 @@ void HeadRig::find_lids() {
             for (int k = 0; k < n; ++k) {
                 const bool upper = k <= half;
                 const double f = std::min(double(r) / HeadMesh::kLidMargin, 1.0);
-                lids_[side].push_back({rings[r][k], upper ? k : n - k, upper, float(smooth_step(0, 1, f) * (k % half == 0 ? 0 : 1))});
+                lids_[side].push_back({rings[r][k], upper ? k : n - k, upper, float(smooth_step(0.3, 1, f) * (k % half == 0 ? 0 : 1))});
             }
     }
 }
@@ -179,8 +179,8 @@ void HeadRig::roll_lids(const Weights& weights, const Gaze& gaze, Points& points
             const LidColumn& c = lid_columns_[side][k];
             const float gap = c.upper - c.lower;
             // The upper lid does most of a blink and follows the gaze; the lower lid squints.
-            float upper = c.upper - gap * (0.88f * blink + 0.16f * squint) + c.shape * (0.14f * wide + (pitch > 0 ? 0.35f : 0.62f) * pitch);
-            float lower = c.lower + gap * (0.12f * blink + 0.24f * squint + 0.12f * cheek) + c.shape * ((pitch > 0 ? 0.12f : 0.30f) * pitch - 0.03f * wide);
+            float upper = c.upper - gap * (0.88f * blink + 0.16f * squint) + c.shape * (0.14f * wide + (pitch > 0 ? 0.35f : 0.74f) * pitch);
+            float lower = c.lower + gap * (0.12f * blink + 0.24f * squint + 0.12f * cheek) + c.shape * ((pitch > 0 ? 0.12f : 0.40f) * pitch - 0.03f * wide);
             if (upper < lower + kLidGap * c.shape) {
                 // They meet low, where a lid's weight puts them.
                 const float meet = std::clamp(0.12f * upper + 0.88f * lower, c.lower - 0.12f * c.shape, c.lower + 0.4f * gap);

@@ -13,7 +13,7 @@ Vec2d skin_chart(double phi, double t) {
     const double s = kArc * std::abs(phi), turn = 92, behind = 0.36;
     const double across = (std::min(s, turn) + behind * std::max(s - turn, 0.0)) / (turn + behind * (pi * kArc - turn));
     static const Spline up({-190, -160, -125, -100, 0, 60, 110, 160}, {0.012, 0.05, 0.115, 0.20, 0.57, 0.785, 0.88, 0.925});
-    const double narrow = mix(1, 0.38, smooth_step(-90, -150, t)) * mix(1, 0.28, smooth_step(40, 135, t));
+    const double narrow = mix(1, 0.38, smooth_step(-99, -150, t)) * mix(1, 0.28, smooth_step(40, 135, t));
     return {0.5 + std::copysign(0.488 * across * narrow, phi), up(t)};
 }
 
@@ -27,7 +27,7 @@ class SkinGrid {
 public:
     SkinGrid(const HeadSurface& surface, HeadMeshBuilder& builder) : surface_(surface), builder_(builder) {
         columns_ = {0};
-        for (const auto& [until, step] : {std::pair{22.0, 2.45}, {84.0, 3.7}, {pi * kArc, 7.4}}) {
+        for (const auto& [until, step] : {std::pair{22.0, 2.45}, {84.0, 3.9}, {pi * kArc, 7.4}}) {
             const double from = columns_.back();
             const int n = static_cast<int>(std::ceil((until - from) / step - 1e-9));
             for (int i = 1; i <= n; ++i) columns_.push_back(from + (until - from) * i / n);
@@ -35,7 +35,7 @@ public:
         half_ = static_cast<int>(columns_.size()) - 1;
         rows_ = {HeadSurface::kBottom};
         for (const auto& [until, step] :
-             {std::pair{-126.0, 7.2}, {-50.0, 3.3}, {-32.0, 1.9}, {36.0, 3.3}, {60.0, 4.8}, {146.0, 7.2}, {154.0, 4.0}}) {
+             {std::pair{-150.0, 7.2}, {-112.0, 4.6}, {-50.0, 3.5}, {-32.0, 1.9}, {36.0, 3.5}, {60.0, 4.8}, {146.0, 7.2}, {154.0, 4.0}}) {
             const double from = rows_.back();
             const int n = static_cast<int>(std::ceil((until - from) / step - 1e-9));
             for (int i = 1; i <= n; ++i) rows_.push_back(from + (until - from) * i / n);
@@ -206,18 +206,26 @@ void add_nostril(SkinGrid& grid, HeadMeshBuilder& builder, const Rect& rect, int
         middle += builder.uv(c.second) / double(outer.size());
     }
     const std::vector<Corner> border = outer;
-    constexpr double kScale[] = {0.80, 0.70, 0.64, 0.5}, kDepth[] = {0.2, 1.4, 4.5, 8.5}, kChart[] = {0.8, 0.64, 0.48, 0.3};
+    // From the grid's rectangle to an oval, then up into the nose.
+    const Vec3d across = (builder.position(border[0].first) - builder.position(border[border.size() / 2].first)).normalized();
+    const Vec3d up(0, 0.93, -0.36);
+    Vec3d deep = (builder.position(border[border.size() / 4].first) - builder.position(border[3 * border.size() / 4].first));
+    deep = (deep - deep.dot(across) * across).normalized();
+    constexpr double kRound[] = {0.6, 1, 1, 1}, kScale[] = {1.0, 0.9, 0.8, 0.6}, kDepth[] = {0.0, 0.9, 4.5, 9.0}, kChart[] = {0.8, 0.64, 0.48, 0.3};
     for (int r = 0; r < 4; ++r) {
         std::vector<Corner> ring;
         for (const Corner& c : border) {
-            const Vec3d p = centre + kScale[r] * (builder.position(c.first) - centre) + kDepth[r] * Vec3d(0, 0.85, -0.53);
+            const Vec3d flat = builder.position(c.first) - centre;
+            const double a = std::atan2(flat.dot(deep) / 3.4, flat.dot(across) / 3.4);
+            const Vec3d oval = 3.5 * std::cos(a) * across + 2.9 * std::sin(a) * deep;
+            const Vec3d p = centre + kScale[r] * (0.85 * (1 - kRound[r]) * flat + kRound[r] * oval) + kDepth[r] * up;
             ring.push_back(builder.corner(p, middle + kChart[r] * (builder.uv(c.second) - middle)));
         }
         grid.band(Surface::skin, outer, ring, mirror);
         remember(head.nostrils[side], ring);
         outer = ring;
     }
-    grid.cap(Surface::skin, outer, builder.corner(centre + 9.5 * Vec3d(0, 0.85, -0.53), middle), mirror);
+    grid.cap(Surface::skin, outer, builder.corner(centre + 10.0 * up, middle), mirror);
 }
 
 void add_ear(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& builder, const Rect& rect, int side, HeadMesh& head) {
@@ -233,7 +241,10 @@ void add_ear(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& builde
     for (int r = 0; r < kEarRings; ++r) {
         std::vector<Corner> ring;
         for (int k = 0; k < n; ++k) {
-            const Vec3d p = ear_point(surface, r, pi - 2 * pi * k / n);
+            // Ring by ring from the direction of the grid's vertex to an even spread.
+            const double even = pi - 2 * pi * k / n, seen = ear_angle(flip(builder.position(border[k].first), mirror));
+            const double turn = std::remainder(seen - even, 2 * pi);
+            const Vec3d p = ear_point(surface, r, even + turn * std::max(1 - r / 5.0, 0.0));
             const double shrink = 1 - 0.94 * (r + 1.0) / kEarRings;
             ring.push_back(builder.corner(flip(p, mirror), middle + shrink * (builder.uv(border[k].second) - middle)));
         }
@@ -290,13 +301,13 @@ void add_mouth(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& buil
             if (f <= 1) {
                 // Quarter of a rounded rectangle: first forward and on, last straight in.
                 const double y = line + height * (1 - std::pow(f, 1.25)) + q.sign * 0.06 * f;
-                const double z = mix(edge.z(), line_z, f) + swell * std::sin(pi * std::pow(f, 0.85)) * 0.75 -
-                                 mix(1.6, 2.2, q.full) * std::pow(f, 4);
+                const double z = mix(edge.z(), line_z, f) + swell * (0.72 * std::sin(pi * std::pow(f, 0.85)) + 0.25 * f) -
+                                 mix(0.4, 1.3, q.full) * std::pow(f, 4);
                 p = {mix(q.border.x(), q.x, f), y, z};
             } else {
                 const double in = 5 * (f - 1);  // 1, 2
                 p = {q.x * (1 - 0.02 * in), line + q.sign * (0.06 + (0.5 * in * in) * std::max(q.full, 0.15)),
-                     line_z - mix(1.6, 2.2, q.full) - 2.0 * in};
+                     line_z + 0.25 * swell - mix(0.4, 1.3, q.full) - 2.2 * in};
             }
             // The chart opens the line into a slit.
             const double open = std::abs(height) * (0.28 * std::min(f, 1.0) - 0.2 * std::max(f - 1, 0.0));
@@ -348,7 +359,7 @@ void add_skin(const HeadSurface& surface, HeadMeshBuilder& builder, HeadMesh& he
     const double e = surface.proportions().eye_x;
     const Rect eye{grid.column_at(e - 21), grid.column_at(e + 22), grid.row_at(-19), even(grid.row_at(-19), grid.row_at(17))};
     const Rect nostril{grid.column_at(3.2), grid.column_at(10.5), grid.row_at(-45.8), even(grid.row_at(-45.8), grid.row_at(-41.5))};
-    const Rect ear{grid.column_at(100), grid.column_at(148), grid.row_at(-76), even(grid.row_at(-76), grid.row_at(12))};
+    const Rect ear{grid.column_at(100), grid.column_at(148), grid.row_at(-98), even(grid.row_at(-98), grid.row_at(20))};
     builder.part("skin");
     grid.build({mouth, eye, grid.mirrored(eye), nostril, grid.mirrored(nostril), ear, grid.mirrored(ear)});
     for (int side = 0; side < 2; ++side) {

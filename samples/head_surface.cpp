@@ -28,12 +28,12 @@ constexpr Section kSections[] = {
     {8, 8, 92, 72, 16, -6, 26, -97, 0.10},             // nasion
     {25, 25, 96, 73, 30, -9, 38, -96, 0.10},           // brow
     {45, 45, 96, 75, 46, -12, 52, -94, 0.08},
-    {65, 64, 91, 74.5, 64, -13, 66, -89.5, 0.05},
-    {85, 82, 82, 69.5, 81, -13, 81, -80.5, 0.02},
-    {105, 97.5, 67, 58.5, 96, -13, 94.5, -68, 0.00},
-    {125, 108, 46, 42, 107, -13, 105.5, -52, 0.00},
-    {143, 113.3, 20, 23, 113, -13, 112.4, -34, 0.00},
-    {160, 115, -11, 0, 115, -11, 115, -11, 0.00},      // vertex
+    {65, 63.5, 91, 73, 63.5, -13, 66, -89.5, 0.05},
+    {85, 81.3, 82, 65.5, 80, -13, 80.5, -80.5, 0.02},
+    {105, 96, 67, 53.5, 94.5, -13, 93, -67, 0.00},
+    {125, 106.2, 46, 38, 105, -13, 103.5, -50, 0.00},
+    {143, 111, 20, 20.5, 110.7, -13, 110, -33, 0.00},
+    {160, 112.4, -11, 0, 112.4, -11, 112.4, -11, 0.00},      // vertex
 };
 
 Spline column(double Section::* member) {
@@ -122,8 +122,8 @@ Vec2d HeadSurface::lid_margin(bool upper, double q) const {
     // Corners: the inner one lower; the arches of the lids peak inside (upper) and outside (lower) of the middle.
     const double x = mix(p_.eye_x - 14.5, p_.eye_x + 13.2, q);
     const double line = mix(-1.6, 0.2, q);
-    const double rise = upper ? 6.4 * std::pow(std::sin(pi * std::pow(q, 0.86)), 0.72)
-                              : -4.6 * std::pow(std::sin(pi * std::pow(q, 1.22)), 0.78);
+    const double rise = upper ? 5.7 * std::pow(std::sin(pi * std::pow(q, 0.86)), 0.72)
+                              : -4.7 * std::pow(std::sin(pi * std::pow(q, 1.22)), 0.78);
     return {x, p_.eye_y + line + rise * p_.eye_opening};
 }
 
@@ -151,9 +151,9 @@ Vec3d HeadSurface::sculpt(const Vec3d& p) const {
     if (facing <= 0) return out;
     double dz = 0;
     // Orbits: deep beside the nose and under the brow.
-    dz -= 10.5 * bell(x, y, 18, 3, 6.5, 9);
+    dz -= 9.3 * bell(x, y, 18, 3, 6.5, 9);
     dz -= 6.5 * bell(x, y, 33, 8, 11, 6);
-    dz -= 3.5 * bell(x, y, 30, -13, 12, 6);
+    dz -= 2.0 * bell(x, y, 29, -13, 12, 6);
     // Brow ridge and the bump over the nose.
     dz += p_.brow * 2.4 * bell(x, y, 24, 19, 12, 5);
     dz += 1.0 * bell(x, y, 40, 19, 10, 6);
@@ -173,15 +173,17 @@ Vec3d HeadSurface::sculpt(const Vec3d& p) const {
     const double ridge = std::exp(-std::pow(x / width, 2.3)) * smooth_step(-66, -54, y) * smooth_step(24, 12, y);
     dz += p_.nose * nose_dz_(y) * ridge;
     double dy = nose_dy_(y) * ridge, dx = 0;
-    const double wing = bell(x, y, 13.2 * p_.nose_width, -37.5, 3.9, 5.0);
-    dz += 8.0 * wing;
-    dx += 1.2 * wing;
-    dy -= 1.5 * wing;
-    dz -= 1.2 * bell(x, y, 18.6 * p_.nose_width, -38, 1.8, 5);
+    // The wings end sharply below and softly above; a groove parts them from the tip and from the cheek.
+    const double wing_y = y > -39.5 ? bell(y, -39.5, 6.0) : bell(y, -39.5, 3.0);
+    const double wing = bell(x, 12.4 * p_.nose_width, 3.7) * wing_y;
+    dz += 9.5 * wing - 1.3 * bell(x, y, 9.6 * p_.nose_width, -31.5, 2.6, 3.6) + 1.6 * bell(x, y, 0, -35, 5.5, 4.5);
+    dx += 1.4 * wing;
+    dy -= 1.0 * wing;
+    dz -= 1.4 * bell(x, y, 18.2 * p_.nose_width, -38, 1.9, 4.5);
     out += facing * Vec3d(dx, dy, dz);
     // Lids: skin that lies on a ball a little larger than the eye, rising out of the orbit.
     const Vec3d e = eye_centre();
-    const double ball = p_.eye_radius + 1.7, d2 = square(x - e.x()) + square(y - e.y());
+    const double ball = p_.eye_radius + mix(1.35, 1.75, smooth_step(-6, 3, y - p_.eye_y)), d2 = square(x - e.x()) + square(y - e.y());
     const double near_lid = smooth_step(mix(17, 21, smooth_step(-4, 4, y - e.y())), 12, std::sqrt(d2));
     if (near_lid > 0) {
                 const double lid = e.z() + std::sqrt(std::max(ball * ball - d2, 0.0) + 1.0);
