@@ -136,9 +136,10 @@ bool can_speak() { return true; }
 Result<Utterance> speak(const std::string& text, const std::string& voice, int words_per_minute) {
     if (text.size() > 10'000) return Error{ErrorCode::limit_exceeded, "the text to say is longer than 10 000 bytes"};
     const std::lock_guard lock(speaking);
-    const int rate = espeak_Initialize(AUDIO_OUTPUT_SYNCHRONOUS, 0, nullptr,
-                                       espeakINITIALIZE_PHONEME_EVENTS | espeakINITIALIZE_PHONEME_IPA |
-                                           espeakINITIALIZE_DONT_EXIT);
+    // Once per process: the library does not survive being ended and begun again.
+    static const int rate = espeak_Initialize(AUDIO_OUTPUT_SYNCHRONOUS, 0, nullptr,
+                                              espeakINITIALIZE_PHONEME_EVENTS | espeakINITIALIZE_PHONEME_IPA |
+                                                  espeakINITIALIZE_DONT_EXIT);
     if (rate <= 0)
         return Error{ErrorCode::unavailable, "libespeak-ng cannot find its voices: install espeak-ng-data"};
     Recording heard;
@@ -154,7 +155,6 @@ Result<Utterance> speak(const std::string& text, const std::string& voice, int w
                               nullptr, nullptr) == EE_OK &&
                  espeak_Synchronize() == EE_OK;
     }
-    espeak_Terminate();
     recording = nullptr;
     if (!known) return Error{ErrorCode::invalid, "libespeak-ng knows no voice named '" + voice + "'"};
     Utterance said = make_utterance(heard, rate);

@@ -20,8 +20,8 @@ struct Shape {
 constexpr Articulation kVowel = {1.0f, 0.9f, 0.9f, 0.9f, 0.8f, 0.8f, 0.6f, 0.7f};
 constexpr Articulation kReduced = {0.5f, 0.7f, 0.7f, 0.35f, 0.35f, 0.3f, 0.4f, 0.4f};
 constexpr Articulation kRounded = {1.0f, 0.9f, 0.9f, 1.6f, 1.2f, 1.2f, 0.6f, 0.8f};
-constexpr Articulation kLips = {1.3f, 6.0f, 1.0f, 0.25f, 0.3f, 0.25f, 1.0f, 1.0f};
-constexpr Articulation kLabiodental = {1.3f, 1.0f, 6.0f, 0.3f, 0.4f, 0.3f, 1.4f, 1.4f};
+constexpr Articulation kLips = {1.3f, 3.0f, 1.0f, 0.25f, 0.3f, 0.25f, 1.0f, 1.0f};
+constexpr Articulation kLabiodental = {1.3f, 1.0f, 3.0f, 0.3f, 0.4f, 0.3f, 1.4f, 1.4f};
 constexpr Articulation kTongue = {0.55f, 0.8f, 0.8f, 0.2f, 0.2f, 0.2f, 0.35f, 0.45f};
 constexpr Articulation kSibilant = {1.5f, 1.0f, 1.0f, 0.3f, 0.4f, 0.6f, 0.8f, 0.9f};
 constexpr Articulation kHush = {1.4f, 1.0f, 1.0f, 0.9f, 1.6f, 0.9f, 0.8f, 0.8f};
