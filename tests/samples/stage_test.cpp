@@ -73,7 +73,6 @@ TEST(Stage, WritesAClipThatReadsBackWhole) {
     StageOptions options = small();
     options.fps = make_rational(30000, 1001);
     options.noise = 0.1;
-    options.missing = 0.1;
     const auto made = stage(options, folder / "clip");
     ASSERT_TRUE(made.ok()) << made.error().message;
     const auto loaded = io::load_clip(folder / "clip");
