@@ -113,19 +113,15 @@ struct Skin::Painted {
         parallel_for((count + kBatch - 1) / kBatch, [&](std::int64_t batch) {
             for (std::int64_t i = batch * kBatch; i < std::min(count, (batch + 1) * kBatch); ++i) {
                 Texel& texel = texels[std::size_t(i)];
-                const auto& [a, b, c] = texel.corners;
-                const auto mix = [&](const Points& rows) -> Vec3 {
-                    return ((1 - texel.b1 - texel.b2) * rows.row(a) + texel.b1 * rows.row(b) +
-                            texel.b2 * rows.row(c))
-                        .transpose();
-                };
+                const Site site{{texel.corners[0], texel.corners[1], texel.corners[2]},
+                                {1 - texel.b1 - texel.b2, texel.b1, texel.b2}};
                 const std::uint32_t t = map.texels[texel.place].triangle;
-                Vec3 normal = mix(normals);
+                Vec3 normal = site.position(normals);
                 normal = normal.norm() > 1e-6f ? Vec3(normal.normalized()) : Vec3(Vec3::UnitZ());
-                const float sky =
-                    (1 - texel.b1 - texel.b2) * open[a] + texel.b1 * open[b] + texel.b2 * open[c];
-                const Pigment pigment =
-                    painter.paint(surfaces[t], mix(neutral.positions), normal, footprint(neutral, t), sky);
+                const Vec3 p = site.position(neutral.positions);
+                float sky = 0;
+                for (int k = 0; k < 3; ++k) sky += site.weights[k] * open[site.vertices[k]];
+                const Pigment pigment = painter.paint(surfaces[t], p, normal, footprint(neutral, t), sky);
                 for (int k = 0; k < 3; ++k) texel.albedo[k] = std::clamp(pigment.albedo[k], 0.002f, 0.95f);
                 texel.perfusion = pigment.perfusion;
                 texel.crease = pigment.crease;

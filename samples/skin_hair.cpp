@@ -66,11 +66,19 @@ void Painter::grow_brows(const SurfaceSampler& face, Random& random) {
         length = std::max(length, 1e-3f);
         // Roots lie on the skin itself: candidates over the whole face, kept where the brow is.
         const int wanted = int(620 * length / (50 * s));
+        Vec3 low = brow.front(), high = low;
+        for (const Vec3& p : brow) {
+            low = low.cwiseMin(p);
+            high = high.cwiseMax(p);
+        }
+        const Vec3 reach_out = Vec3::Constant(7 * s);
+        low -= reach_out;
+        high += reach_out;
         int grown = 0;
-        for (int tries = 0; tries < 400000 && grown < wanted; ++tries) {
+        for (int tries = 0; tries < 1500000 && grown < wanted; ++tries) {
             const SurfaceSampler::Place place = face.draw(random);
             const Vec3& p = place.position;
-            if (Places::side_of(p) != side || p.z() < places_.marks().ear[side].z()) continue;
+            if ((p.array() < low.array()).any() || (p.array() > high.array()).any()) continue;
             float along = 0;
             const float off = line_distance(brow, p, &along) / s;
             if (off > 6 || place.normal.z() < 0.1f) continue;

@@ -129,8 +129,10 @@ Pigment Painter::skin(const Vec3& p, const Vec3& normal, float footprint, float 
     const float ragged = 0.45f * noise(2.2f, 2, 6) + 0.5f * noise(9, 1, 7);
     // The colour fades before the corners, where the border runs into the cheek.
     const float sideways = std::abs(p.x() - places_.mouth_centre().x()) / (0.5f * places_.mouth_width());
-    const float into_lips = places_.into_lips(p) + ragged - 3.2f * smooth_step(0.68f, 1.04f, sideways),
-                behind = places_.behind_lips(p);
+    const float inside_border = places_.into_lips(p);
+    const float fade =
+        std::min(3.2f * smooth_step(0.50f, 1.02f, sideways), 0.8f * std::max(0.0f, inside_border));
+    const float into_lips = inside_border + ragged - fade, behind = places_.behind_lips(p);
     const float off_mouth = places_.from(p, places_.mouth_centre()) / (places_.mouth_width() / s);
     float lip = smooth_step(-1.3f, 1.5f, into_lips);
     const bool faces_inward = normal.z() < 0.3f && off_mouth < 0.62f && behind > 0.5f &&
@@ -179,8 +181,9 @@ Pigment Painter::skin(const Vec3& p, const Vec3& normal, float footprint, float 
     }
 
     // Nostrils, the wet rim of the lids, the lash line.
-    const float nostril =
-        smooth_step(0.80f, 0.42f, open) * smooth_step(17, 11, places_.from(p, marks.nostril[side]));
+    const float off_nostril = places_.from(p, marks.nostril[side]);
+    const float nostril = std::max(smooth_step(0.80f, 0.42f, open) * smooth_step(17, 11, off_nostril),
+                                   smooth_step(0.93f, 0.70f, open) * smooth_step(7, 4.5f, off_nostril));
     albedo = blend(albedo, Vec3(0.050f, 0.015f, 0.011f), 0.92f * nostril);
     const float into_eye = places_.into_eye(p, side);
     albedo = blend(albedo, Vec3(0.56f, 0.27f, 0.22f), 0.75f * smooth_step(-0.6f, 0.8f, into_eye));
@@ -246,7 +249,7 @@ void Painter::scatter_freckles(const SurfaceSampler& face, Random& random) {
         const float size = moles.uniform();
         const Vec3& p = place.position;
         if (p.z() < marks.ear[0].z() || places_.into_scalp(p) > -6 || places_.into_lips(p) > -5) continue;
-        if (places_.from(p, marks.eye_centre[Places::side_of(p)]) < 22 ||
+        if (places_.from(p, marks.eye_centre[Places::side_of(p)]) < 32 ||
             places_.from(p, marks.nose_tip) < 16)
             continue;
         Stroke mole{p, p, p, place.normal, s * (0.35f + 0.5f * size), s * (0.35f + 0.5f * size)};

@@ -165,7 +165,7 @@ float Places::into_scalp(const Vec3& p) const {
     const Vec3& ear = marks_.ear[side_of(p)];
     const Vec3 e = (p - ear) / scale_;
     const float inward = std::max(0.0f, std::abs(ear.x()) - std::abs(p.x())) / scale_;
-    const float off_ear = std::hypot(e.y() / 40, (e.z() + 0.15f * e.y()) / 27, inward / 13);
+    const float off_ear = std::hypot(e.y() / 45, (e.z() + 0.15f * e.y()) / 29, inward / 14);
     inside = std::min(inside, 24 * (off_ear - 1));
     return inside;
 }

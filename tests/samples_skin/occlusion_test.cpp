@@ -63,14 +63,14 @@ TEST(Occlusion, FarBlockersShadeLess) {
     EXPECT_GT(far, 0.75f);
 }
 
-// At the foot of a high wall half of a plane's sky is gone, cosine or not; far from it hardly any.
-TEST(Occlusion, AWallTakesHalfTheSkyAtItsFoot) {
+// A wide wall of height H at distance z takes (1 - z / sqrt(z^2 + H^2)) / 2 of a floor's cosine-weighted sky.
+TEST(Occlusion, AWallTakesTheShareOfTheSkyThatGeometryTells) {
     Mesh mesh;
     mesh.positions.resize(10, 3);
     constexpr float kFar = 100;
     mesh.positions << -kFar, 0, 0, kFar, 0, 0, kFar, 0, kFar, -kFar, 0, kFar,  // floor: z >= 0
         -kFar, 0, 0, kFar, 0, 0, kFar, kFar, 0, -kFar, kFar, 0,                // wall: z = 0
-        0, 0, 2,                                                               // near the foot
+        0, 0, 10,                                                              // near the foot
         0, 0, 98;                                                              // far out
     mesh.triangles = {{0, 3, 2}, {0, 2, 1}, {4, 5, 6}, {4, 6, 7}};
     Points normals = Points::Zero(10, 3);
@@ -78,8 +78,8 @@ TEST(Occlusion, AWallTakesHalfTheSkyAtItsFoot) {
     normals.row(9) << 0, 1, 0;
     const Eigen::VectorXf open =
         Occlusion(mesh.positions, mesh.triangles, 150).at(mesh.positions, normals, kEndless);
-    EXPECT_NEAR(open[8], 0.5f, 0.06f);
-    EXPECT_GT(open[9], 0.75f);
+    EXPECT_NEAR(open[8], 1 - 0.5f * (1 - 10 / std::hypot(10.0f, 100.0f)), 0.05f);
+    EXPECT_NEAR(open[9], 1 - 0.5f * (1 - 98 / std::hypot(98.0f, 100.0f)), 0.06f);
     EXPECT_EQ(open[0], 1.0f);  // no normal, no sky to lose
 }
 

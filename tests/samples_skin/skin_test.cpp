@@ -156,7 +156,7 @@ TEST(Skin, AnOpeningMouthLetsLightInToTheTeeth) {
     };
     const Vec3 closed_mouth = mean_colour(skin().texture({}, actor().deform({})), teeth);
     const Vec3 open_mouth = mean_colour(skin().texture(open, actor().deform(open)), teeth);
-    EXPECT_LT(closed_mouth.y(), 120);
+    EXPECT_LT(closed_mouth.y(), 150);
     EXPECT_GT(open_mouth.y(), closed_mouth.y() + 15);
 }
 
