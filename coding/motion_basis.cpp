@@ -16,7 +16,8 @@ constexpr std::uint8_t kAcrossMesh = 1, kHasParents = 2, kHasWeights = 4;
 
 Error damaged(const char* what) { return {ErrorCode::damaged, std::string("motion basis: ") + what}; }
 
-bool sane(float v) { return std::isfinite(v) && v > 0; }
+// Below a bound that keeps every decoded value finite in float.
+bool sane(float v) { return std::isfinite(v) && v > 0 && v < 1e9f; }
 
 template <class Coder>
 void code_start(Coder& coder, MotionStart& start, std::size_t entries, std::size_t weights) {
@@ -174,7 +175,7 @@ Result<MotionBasis> read_motion_basis(const MotionShape& shape, ByteView bytes, 
         basis.rotation_step = in.f32();
         for (float& c : basis.centre) {
             c = in.f32();
-            if (!std::isfinite(c)) return damaged("the head's centre is not a number");
+            if (!std::isfinite(c) || std::abs(c) > 1e9f) return damaged("the head's centre is not a number");
         }
         if (!sane(basis.translation_step) || !sane(basis.rotation_step)) return damaged("a step is not a positive number");
     }
@@ -277,7 +278,8 @@ std::vector<std::int32_t> VectorQuantiser::quantise(std::span<const double> valu
         state_->coder, state_->walk,
         [&](std::size_t i, std::int64_t prediction, std::int32_t step, const IntegerModel::Contexts& contexts,
             const IntegerModel& model) {
-            const double wanted = (values[i] - double(prediction)) / step;
+            const double value = std::clamp(values[i], -double(1 << 27), double(1 << 27));
+            const double wanted = (value - double(prediction)) / step;
             const std::int32_t nearest = std::int32_t(std::clamp(std::lround(wanted), -(1l << 26), 1l << 26));
             if (nearest == 0 || lambda <= 0) return nearest;
             // Nearest, or one or two steps towards zero when the bits saved are worth the error.

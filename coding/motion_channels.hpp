@@ -22,7 +22,8 @@ public:
     int side() const { return side_; }
     int total() const { return total_; }
 
-    IntegerModel make_model() const { return IntegerModel(kContexts, 1, 3, kLimit); }
+    /// A model that has learnt nothing, but expects numbers about as large as their neighbours.
+    IntegerModel make_model() const;
     static constexpr std::size_t model_entries() {
         std::size_t entries = 0;
         for (int count : kContexts) entries += std::size_t(count) * Binarisation::kBins;
@@ -49,8 +50,10 @@ public:
         c.input[1] = (magnitude_level(a.last, 6) * 6 + magnitude_level(a.before_last, 6)) * 8 + band;
         c.input[2] = (magnitude_level(2 * a.beside + a.beside_last + a.beside_next + a.beyond, 8) * 8 + band) * 3 +
                      magnitude_level(a.earlier, 3);
-        c.input[3] = fine_level(4 * a.last + 2 * a.before_last + 2 * a.beside + a.beside_last + a.beside_next + a.beyond +
-                                2 * a.earlier) * 4 + kind;
+        const std::uint32_t around = index > 0 ? 4 * a.last + 2 * a.before_last + 2 * a.beside + a.beside_last + a.beside_next +
+                                                     a.beyond + 2 * a.earlier
+                                               : 5 * a.beside + 3 * a.beyond + 4 * a.earlier;
+        c.input[3] = fine_level(around) * 4 + kind;
         c.input[4] = id * 4 + magnitude_level(a.last + a.before_last, 4);
         c.input[5] = std::min(index, 63) * 4 + kind;
         c.sign = a.sign > 0 ? 2 : a.sign < 0 ? 0 : 1;

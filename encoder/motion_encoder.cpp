@@ -58,7 +58,6 @@ struct Measured {
 Measured measure(const Clip& clip, MotionKind kind, const MotionTask& task, const MotionTrial& trial, PointsRef reference) {
     const Eigen::VectorXf mean = coding::mean_of(trial.basis);
     const Eigen::MatrixXf columns = coding::components_of(trial.basis);
-    const int sides = task.shape.side_channels();
     std::vector<double> squared(std::size_t(task.plan.frames), 0), peaks(squared), counts(squared);
     parallel_for(task.plan.frames, [&](std::int64_t f) {
         const Eigen::VectorXf w = (trial.coded.samples.col(f).tail(columns.cols()) * MotionBasis::kFraction).cast<float>();
@@ -80,7 +79,6 @@ Measured measure(const Clip& clip, MotionKind kind, const MotionTask& task, cons
                 steps[std::size_t(i)] = std::llround(trial.coded.samples(i, f) * MotionBasis::kFraction);
             apply_pose(coding::pose_of(trial.basis, steps), points);
         }
-        static_cast<void>(sides);
         const auto truth = kind == MotionKind::vertices ? clip.vertices->frame(f) : clip.markers->frame(f);
         for (Eigen::Index p = 0; p < points.rows(); ++p) {
             if (std::isnan(truth(p, 0))) continue;
@@ -263,10 +261,6 @@ Result<EncodedMotion> encode_motion(const Clip& clip, const MotionOptions& optio
         const Measured measured = measure(clip, kind, task, trial, reference);
         const double got = figure(trial, measured);
         const bool meets = got <= asked.value;
-        if (getenv("MIEN_LOG"))
-            fprintf(stderr, "step %.4f k %u rms %.5f peak %.4f basis %zu prob %zu objects %zu  kbps %.3f\n", step, trial.basis.size(),
-                    measured.rms, measured.peak, trial.stored.bytes.size() - trial.stored.probabilities,
-                    trial.stored.probabilities, std::size_t(trial.coded.bytes), trial.bits() / seconds / 1000);
         if (meets && (!best || (direction > 0 ? trial.bits() < best->bits() : measured.rms < best_measured.rms))) {
             best = std::move(trial);
             best_measured = measured;

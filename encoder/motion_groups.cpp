@@ -247,16 +247,15 @@ CodedGroups code_groups(const MotionBasis& basis, const coding::MotionShape& sha
     return out;
 }
 
-coding::MotionStart train_start(const CodedGroups& pass, const coding::MotionStart& used, std::int64_t groups,
-                                int fewest, int confidence) {
+coding::MotionStart train_start(const CodedGroups& pass, std::int64_t groups, int fewest) {
     coding::MotionStart start;
-    start.confidence = std::uint8_t(confidence);
+    start.confidence = 20;
     for (std::size_t at = 0; at * 2 < pass.seen.size(); ++at) {
         const double zeros = pass.seen[2 * at], ones = pass.seen[2 * at + 1];
         if (zeros + ones < fewest) continue;
         const double logit = 256 * std::log((ones + 0.4) / (zeros + 0.4));
         const long level = std::clamp(std::lround(logit / coding::MotionStart::kLevelUnit), -30l, 30l);
-        if (level != 0) start.chances.push_back({std::uint32_t(at), std::int8_t(level)});
+        start.chances.push_back({std::uint32_t(at), std::int8_t(level)});
     }
     if (!pass.weights.empty() && groups > 0) {
         const std::size_t inputs = pass.weights.size() / coding::Binarisation::kBins;
@@ -267,7 +266,6 @@ coding::MotionStart train_start(const CodedGroups& pass, const coding::MotionSta
             start.weights[i] = std::int8_t(std::clamp(std::lround((mean - double(neutral)) / 2048), -127l, 127l));
         }
     }
-    static_cast<void>(used);
     return start;
 }
 

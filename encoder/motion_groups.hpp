@@ -53,9 +53,9 @@ CodedGroups code_groups(const coding::MotionBasis& basis, const coding::MotionSh
                         const Eigen::MatrixXd& targets, const std::vector<std::uint8_t>& presence,
                         const GroupOptions& options);
 
-/// A start for the entropy coder from what a pass has seen.
-coding::MotionStart train_start(const CodedGroups& pass, const coding::MotionStart& used, std::int64_t groups,
-                                int fewest, int confidence);
+/// A start for the entropy coder from what a pass over `groups` groups has seen: chances seen at least `fewest` times, and
+/// mixer weights.
+coding::MotionStart train_start(const CodedGroups& pass, std::int64_t groups, int fewest);
 
 /// causal: linear prediction from the last three decoded values, per channel.
 void train_predictors(coding::MotionBasis& basis, const GroupPlan& plan, const Eigen::MatrixXd& targets);

@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "coding/motion_frames.hpp"
 #include "coding/motion_values.hpp"
@@ -17,11 +16,6 @@ using coding::MotionScheme;
 using coding::PointOrder;
 
 constexpr std::array<std::uint8_t, PointOrder::kLevels> kLevelSteps{8, 7, 6, 5, 4, 4, 4, 4};
-
-double tuned(const char* name, double otherwise) {
-    const char* v = std::getenv(name);
-    return v ? std::atof(v) : otherwise;
-}
 
 // Earlier point whose row of scaled basis vectors is nearest, or the point itself when none is nearer than zero.
 std::vector<std::uint32_t> nearest_parents(const MotionComponents& c, std::uint32_t points, std::uint32_t coordinates) {
@@ -56,9 +50,6 @@ MotionSearch::MotionSearch(const MotionTask& task)
     } else {
         order_ = coding::plain_order(task.shape.points);
     }
-    slope_ = tuned("MIEN_SLOPE", slope_);
-    precision_ = tuned("MIEN_PRECISION", precision_);
-    block_ = int(tuned("MIEN_BLOCK", block_));
 }
 
 void MotionSearch::quantise_basis(MotionTrial& trial, double step, double lambda, std::vector<double>& vector_bits) const {
@@ -145,8 +136,19 @@ MotionTrial MotionSearch::run(double step) {
             sum += gain[j] - lambda * bits;
             if (sum > best) best = sum, keep = j + 1;
         }
+        // Near a step that has been tried the cut stays, so that errors and bits follow the step smoothly.
+        if (kept_at_ > 0 && std::abs(step / kept_at_ - 1) < 0.08) {
+            keep = std::min(kept_, gain.size());
+        } else if (pass + 2 == passes) {
+            kept_ = keep;
+            kept_at_ = step;
+        }
         const bool last = pass + 1 == passes;
-        start_ = train_start(trial.coded, start_, task_.plan.count(), int(tuned("MIEN_FEWEST", 12)), int(tuned("MIEN_CONF", 20)));
+        if (last && (tuned_at_ == 0 || step < 0.7 * tuned_at_ || step > 1.4 * tuned_at_)) {
+            choose_fewest(trial, targets, options);
+            tuned_at_ = step;
+        }
+        start_ = train_start(trial.coded, task_.plan.count(), fewest_);
         if (last) break;
         trial.basis.start = start_;
         if (keep < gain.size()) {
@@ -210,9 +212,26 @@ MotionTrial MotionSearch::guenter(double step) {
     return trial;
 }
 
-void MotionSearch::tune(double step) {
-    if (task_.scheme == MotionScheme::guenter98) return;
-    static_cast<void>(step);
+// Starting chances cost bits in the basis and save some in every group: how many observations make one worth sending
+// depends on the clip, so it is tried.
+void MotionSearch::choose_fewest(const MotionTrial& trial, const Eigen::MatrixXd& targets, const GroupOptions& options) {
+    double best = 1e300;
+    GroupOptions again = options;
+    again.train = false;
+    again.choose_splits = false;
+    SettledNumbers splits = trial.coded.numbers;
+    again.settled = &splits;
+    for (const int fewest : {40, 160, 640, 2560, 1 << 30}) {
+        MotionTrial tried;
+        tried.basis = trial.basis;
+        tried.basis.start = train_start(trial.coded, task_.plan.count(), fewest);
+        tried.coded = code_groups(tried.basis, task_.shape, task_.plan, targets, task_.presence, again);
+        MotionBasis alone = tried.basis;  // the vectors cost the same whatever the start
+        alone.components.assign(alone.components.size(), std::vector<std::int32_t>(std::size_t(task_.shape.dimension()), 0));
+        alone.mean.assign(std::size_t(task_.shape.dimension()), 0);
+        const double bytes = double(write_motion_basis(alone, task_.shape, order_).probabilities + tried.coded.bytes);
+        if (bytes < best) best = bytes, fewest_ = fewest;
+    }
 }
 
 }  // namespace mien::encoder

@@ -40,11 +40,9 @@ public:
     /// One trial with coefficients in steps of `step`.
     MotionTrial run(double step);
 
-    /// Tunes block length and basis precision near `step` by total bits at equal slope.
-    void tune(double step);
-
 private:
     MotionTrial guenter(double step);
+    void choose_fewest(const MotionTrial& trial, const Eigen::MatrixXd& targets, const GroupOptions& options);
     void quantise_basis(MotionTrial& trial, double step, double lambda, std::vector<double>& vector_bits) const;
     Eigen::MatrixXd project(const coding::MotionBasis& basis, double step, Eigen::MatrixXd& cross, Eigen::MatrixXd& gram,
                             double& mean_error) const;
@@ -55,8 +53,12 @@ private:
     coding::MotionStart start_;
     Eigen::Index most_components_;
     int block_;
+    Eigen::Index kept_ = 0;     ///< components kept ...
+    double kept_at_ = 0;        ///< ... at this step
+    double tuned_at_ = 0;       ///< step at which fewest_ was chosen
     double precision_ = 1.0;    ///< basis step over the equal-slope one
-    double slope_ = 0.14;       ///< lambda in squared steps per bit
+    int fewest_ = 300;          ///< observations that make a starting chance worth its bits
+    double slope_ = 0.12;       ///< lambda in squared steps per bit
 };
 
 }  // namespace mien::encoder

@@ -1,0 +1,52 @@
+#include "coding/motion_channels.hpp"
+
+namespace mien::coding {
+namespace {
+
+// A representative of every level of magnitude_level() and fine_level(), in quarters.
+std::uint32_t magnitude_of(int level) { return level < 3 ? std::uint32_t(4 * level) : 6u << (level - 2); }
+std::uint32_t fine_magnitude_of(int level) {
+    return level < 2 ? std::uint32_t(4 * level) : ((level & 1) ? 7u : 5u) << (level / 2);
+}
+
+// Chances of every decision for a two-sided geometric number of mean magnitude `mean` / 256.
+void expect(std::span<AdaptiveBit> bins, std::uint64_t mean) {
+    constexpr int kConfidence = 5;
+    const auto set = [&](int bin, std::uint64_t chance) {
+        bins[std::size_t(bin)].p = std::uint16_t(std::clamp<std::uint64_t>(chance, 64, 65536 - 64));
+        bins[std::size_t(bin)].n = kConfidence;
+    };
+    const std::uint64_t ratio = 65536 * mean / (mean + 256);
+    set(0, ratio);
+    std::uint64_t power = ratio;  // ratio ^ (2 ^ class)
+    for (int cls = 0; cls < 10; ++cls) {
+        set(Binarisation::class_bin(cls), power);
+        // The upper half of class cls + 1 against the lower: ratio ^ (2 ^ cls) to 1.
+        set(Binarisation::first_bit_bin(cls + 1), 65536 * power / (65536 + power));
+        power = power * power >> 16;
+    }
+}
+
+}  // namespace
+
+IntegerModel MotionChannels::make_model() const {
+    IntegerModel model(kContexts, 1, 3, kLimit);
+    std::span<AdaptiveBit> bits = model.bits();
+    const auto next = [&] {
+        const auto here = bits.first(Binarisation::kBins);
+        bits = bits.subspan(Binarisation::kBins);
+        return here;
+    };
+    for (int i = 0; i < kContexts[0]; ++i) next();
+    for (int i = 0; i < kContexts[1]; ++i) {
+        const auto bins = next();
+        if (i % 8 == 0) continue;  // the first frequency has no neighbours below
+        expect(bins, 20 + 64 * (2 * magnitude_of(i / 48) + magnitude_of(i / 8 % 6)) * 4 / 15);
+    }
+    for (int i = 0; i < kContexts[2]; ++i) expect(next(), 36 + 64 * magnitude_of(i / 24) * 3 / 25);
+    for (int i = 0; i < kContexts[3]; ++i) expect(next(), 14 + 64 * fine_magnitude_of(i / 4) * 9 / 120);
+    for (int i = 0; i < kContexts[4]; ++i) expect(next(), 24 + 64 * magnitude_of(i % 4) * 3 / 8);
+    return model;
+}
+
+}  // namespace mien::coding
