@@ -226,8 +226,9 @@ asio::awaitable<Lost> Client::State::connect_and_play() {
 
     std::error_code error;
     tcp::resolver resolver(io);
-    const auto endpoints = co_await resolver.async_resolve(url.host, std::to_string(url.port),
-                                                           asio::redirect_error(asio::use_awaitable, error));
+    const std::string port = std::to_string(url.port);
+    const auto endpoints =
+        co_await resolver.async_resolve(url.host, port, asio::redirect_error(asio::use_awaitable, error));
     if (c->closed) co_return Lost{c->reason, false};
     if (error) co_return Lost{fmt::format("the host {} is not known: {}", url.host, error.message()), false};
     co_await asio::async_connect(c->wire.socket(), endpoints, asio::redirect_error(asio::use_awaitable, error));
@@ -632,8 +633,9 @@ asio::awaitable<void> ask_for_list(Url url, std::shared_ptr<Connection> c, Resul
     const auto give_up = [&](const std::string& why) { answer = Error{ErrorCode::unavailable, why}; };
     std::error_code error;
     tcp::resolver resolver(c->wire.socket().get_executor());
-    const auto endpoints = co_await resolver.async_resolve(url.host, std::to_string(url.port),
-                                                           asio::redirect_error(asio::use_awaitable, error));
+    const std::string port = std::to_string(url.port);
+    const auto endpoints =
+        co_await resolver.async_resolve(url.host, port, asio::redirect_error(asio::use_awaitable, error));
     if (error) co_return give_up(fmt::format("the host {} is not known: {}", url.host, error.message()));
     co_await asio::async_connect(c->wire.socket(), endpoints, asio::redirect_error(asio::use_awaitable, error));
     if (error) co_return give_up(fmt::format("cannot connect to {} port {}: {}", url.host, url.port, error.message()));

@@ -205,13 +205,15 @@ asio::awaitable<bool> Viewer::handle(const RawMessage& raw) {
 
 asio::awaitable<void> Viewer::list() {
     Library* library = &shared_.library;
-    Library::Listing listing = co_await off_thread(shared_.files, [library] { return library->list(); });
+    const auto work = [library] { return library->list(); };
+    Library::Listing listing = co_await off_thread(shared_.files, work);
     reply(protocol::StreamList{std::move(listing.streams)});
 }
 
 asio::awaitable<bool> Viewer::open(const std::string& name) {
     Library* library = &shared_.library;
-    auto opened = co_await off_thread(shared_.files, [library, name] { return library->open(name); });
+    const auto work = [library, name] { return library->open(name); };
+    auto opened = co_await off_thread(shared_.files, work);
     if (!opened) {
         fail(opened.error().code == ErrorCode::missing ? FailureCode::no_such_stream : FailureCode::damaged, opened.error().message);
         co_return false;
@@ -298,7 +300,8 @@ asio::awaitable<bool> Viewer::send(ByteView message) {
 
 asio::awaitable<bool> Viewer::send_blob(Hash hash) {
     const auto stream = stream_;
-    const auto message = co_await off_thread(shared_.files, [stream, hash] { return stream->blob_message(hash); });
+    const auto work = [stream, hash] { return stream->blob_message(hash); };
+    const auto message = co_await off_thread(shared_.files, work);
     if (closed_) co_return false;
     if (!message) {
         fail(FailureCode::damaged, message.error().message);
@@ -337,7 +340,8 @@ asio::awaitable<bool> Viewer::play_on() {
         }
     }
     ++entry_;
-    const auto message = co_await off_thread(shared_.files, [stream, entry] { return stream->group_message(entry); });
+    const auto work = [stream, entry] { return stream->group_message(entry); };
+    const auto message = co_await off_thread(shared_.files, work);
     if (closed_) co_return false;
     if (announce_ || stream_ != stream) co_return true;  // a seek came while the disk was read
     if (!message) {
