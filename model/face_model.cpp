@@ -19,10 +19,9 @@ Eigen::MatrixXf blend_rows(const BlendBase& base, const Eigen::MatrixXf& markers
     return vertices;
 }
 
-Eigen::MatrixXf blendshape_rows(const BlendshapeBase& base, const Eigen::MatrixXf& weights) {
-    if (base.targets.empty()) return Eigen::MatrixXf(0, weights.cols());  // weights without a rig: nothing to draw
+Eigen::MatrixXf blendshape_rows(const BlendshapeBase& base, Eigen::Index rows, const Eigen::MatrixXf& weights) {
+    if (base.targets.empty()) return Eigen::MatrixXf::Zero(rows, weights.cols());  // weights without a rig move nothing
     assert(Eigen::Index(base.targets.size()) == weights.rows());
-    const Eigen::Index rows = base.targets.front().offsets.size();
     Eigen::MatrixXf targets(rows, Eigen::Index(base.targets.size()));
     for (Eigen::Index i = 0; i < targets.cols(); ++i)
         targets.col(i) = Eigen::Map<const Eigen::VectorXf>(base.targets[i].offsets.data(), rows);
@@ -56,7 +55,7 @@ LinearMotion compose(const FaceModel& model, const LinearMotion& motion) {
         return through([&](const Eigen::MatrixXf& m) { return blend_rows(*blend, m); });
     }
     if (const auto* shapes = std::get_if<BlendshapeBase>(&model.base))
-        return through([&](const Eigen::MatrixXf& m) { return blendshape_rows(*shapes, m); });
+        return through([&](const Eigen::MatrixXf& m) { return blendshape_rows(*shapes, model.neutral.positions.size(), m); });
     assert(motion.dimension() == 3 * model.point_count());
     return motion;
 }
