@@ -101,4 +101,24 @@ std::vector<RigidPose> steady_poses(const PointSequence& sequence, PointsRef ref
     return poses;
 }
 
+double steadiest_stray(const PointSequence& sequence, PointsRef reference) {
+    std::vector<double> sums(std::size_t(sequence.points), 0), counts(sums);
+    const std::int64_t step = std::max<std::int64_t>(1, sequence.frames / kMaxFrames);
+    for (std::int64_t f = 0; f < sequence.frames; f += step) {
+        const auto frame = sequence.frame(f);
+        for (Eigen::Index p = 0; p < frame.rows(); ++p) {
+            if (!present(frame.row(p))) continue;
+            sums[std::size_t(p)] += double((frame.row(p) - reference.row(p)).squaredNorm());
+            counts[std::size_t(p)] += 1;
+        }
+    }
+    std::vector<double> strays;
+    for (std::size_t p = 0; p < sums.size(); ++p)
+        if (counts[p] > 0) strays.push_back(sums[p] / counts[p]);
+    if (strays.empty()) return 0;
+    const auto eighth = strays.begin() + std::ptrdiff_t(strays.size() / 8);
+    std::nth_element(strays.begin(), eighth, strays.end());
+    return std::sqrt(*eighth);
+}
+
 }  // namespace mien::encoder
