@@ -58,20 +58,36 @@ Mesh HeadMeshBuilder::build() const {
     return mesh;
 }
 
-HeadMesh make_head_mesh(const HeadSurface& surface) {
+namespace {
+
+HeadMesh assemble(const HeadSurface& surface) {
     HeadMesh head;
     HeadMeshBuilder builder;
     add_skin(surface, builder, head);
     add_eyeballs(surface, builder, head);
     add_teeth(surface, builder, head);
+    add_lashes(surface, builder, head);
     head.mesh = builder.build();
+    return head;
+}
+
+}  // namespace
+
+HeadMesh make_head_mesh(const HeadSurface& surface) {
+    HeadMesh head = assemble(surface);
+    // Quads are cut by their shape: every seed takes the cuts of the plain head, so that all have the same triangles.
+    const HeadMesh plain = assemble(HeadSurface(HeadProportions{}));
+    head.mesh.triangles = plain.mesh.triangles;
+    head.mesh.texcoord_triangles = plain.mesh.texcoord_triangles;
+    for (Eigen::Index v = 0; v < head.mesh.positions.rows(); ++v)
+        head.mesh.positions.row(v) = surface.skewed(head.mesh.positions.row(v).transpose().cast<double>()).cast<float>();
 
     // Landmarks are read off the mesh itself, so that they lie exactly on it.
     const auto at = [&](std::uint32_t v) -> Vec3 { return head.mesh.positions.row(v).transpose(); };
     Landmarks& marks = head.landmarks;
     for (int side = 0; side < 2; ++side) {
         const float sign = side == 1 ? 1.f : -1.f;
-        const auto mirrored = [&](const Vec3d& p) { return Vec3(sign * float(p.x()), float(p.y()), float(p.z())); };
+        const auto mirrored = [&](const Vec3d& p) { return Vec3(surface.skewed({sign * p.x(), p.y(), p.z()}).cast<float>()); };
         for (int i = 0; i <= 12; ++i) {
             const double q = i / 12.0;
             const double x = mix(11.5, 52, q), y = 18.5 + 4.5 * std::sin(pi * std::pow(q, 1.6)) - 3.5 * q * q;
@@ -98,7 +114,7 @@ HeadMesh make_head_mesh(const HeadSurface& surface) {
         marks.lower_lip_outline.push_back(at(head.mouth.rings[HeadMesh::kLipBorder][k % n]));
         marks.lower_lip_line.push_back(at(head.mouth.rings[HeadMesh::kLipContact][k % n]));
     }
-    const auto on_midline = [&](double y) { return Vec3(surface.front(0, y).cast<float>()); };
+    const auto on_midline = [&](double y) { return Vec3(surface.skewed(surface.front(0, y)).cast<float>()); };
     marks.nose_tip = on_midline(-34);
     for (double y = -30; y > -42; y -= 0.5)
         if (on_midline(y).z() > marks.nose_tip.z()) marks.nose_tip = on_midline(y);

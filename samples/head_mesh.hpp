@@ -29,6 +29,12 @@ struct HeadMesh {
     Loops mouth;       ///< to the border of the lips, over the lips, into the bag behind them
     Loops lids[2];     ///< [0] right, [1] left; to the margin and under it
     Loops nostrils[2], ears[2];
+    struct Lash {
+        std::uint32_t vertex;
+        int column;  ///< of the margin: 0 .. half a loop, from the outer corner
+        bool upper;
+    };
+    std::vector<Lash> lashes[2];
     VertexRange eyeballs[2], upper_teeth, lower_teeth, tongue;
 
     static constexpr int kLipBorder = 6;    ///< mouth ring on the vermilion border
@@ -72,6 +78,8 @@ void add_skin(const HeadSurface& surface, HeadMeshBuilder& builder, HeadMesh& he
 /// Eyeballs, teeth with gums, tongue.
 void add_eyeballs(const HeadSurface& surface, HeadMeshBuilder& builder, HeadMesh& head);
 void add_teeth(const HeadSurface& surface, HeadMeshBuilder& builder, HeadMesh& head);
+/// Cards along the lid margins; after add_skin.
+void add_lashes(const HeadSurface& surface, HeadMeshBuilder& builder, HeadMesh& head);
 /// Ring `ring` of the ear at loop angle `psi` (0 front, pi/2 top), on the left.
 Vec3d ear_point(const HeadSurface& surface, int ring, double psi);
 /// The loop angle at which a place of the left side of the head is seen from the middle of the ear.

@@ -186,6 +186,8 @@ std::vector<MouthPlace> mouth_places(const HeadSurface& surface, const HeadMesh&
     places[head.mouth.rings.back().back() + 1].falloff = 0;
     for (const VertexRange& part : {head.eyeballs[0], head.eyeballs[1], head.upper_teeth, head.lower_teeth, head.tongue})
         for (std::uint32_t v = part.first; v < part.first + part.count; ++v) places[v].falloff = 0;
+    for (const auto& lashes : head.lashes)
+        for (const HeadMesh::Lash& lash : lashes) places[lash.vertex].falloff = 0;
     for (const Loops& ear : head.ears)
         for (std::size_t r = 1; r < ear.rings.size(); ++r)
             for (const std::uint32_t v : ear.rings[r]) places[v].falloff = 0;

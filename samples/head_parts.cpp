@@ -47,8 +47,8 @@ void add_arch(HeadMeshBuilder& builder, VertexRange& range, bool upper) {
     };
     std::vector<Column> columns;
     double start = 0;
-    for (std::size_t tooth = 0; tooth < crowns.size(); ++tooth) {
-        for (const double w : {-0.94, -0.62, 0.0, 0.62, 0.94}) {
+    for (std::size_t tooth = 0; tooth + 1 < crowns.size(); ++tooth) {  // nobody sees the last molar
+        for (const double w : {-0.93, -0.5, 0.5, 0.93}) {
             const double at = std::min((start + crowns[tooth] * (w + 1) / 2) * 0.985 * length.back() / total, length.back());
             const std::size_t i = std::clamp<std::size_t>(std::lower_bound(length.begin(), length.end(), at) - length.begin(), 1, 900);
             columns.push_back({mix(angle[i - 1], angle[i], (at - length[i - 1]) / (length[i] - length[i - 1])), w, int(tooth)});
@@ -151,7 +151,7 @@ void add_teeth(const HeadSurface&, HeadMeshBuilder& builder, HeadMesh& head) {
         // An egg lying from the throat to behind the lower incisors, grooved along its middle.
         const double f = std::cos(polar), s = std::sin(polar);
         const double x = 17.5 * std::pow(s, 0.8) * std::cos(a), up = std::sin(a);
-        return Vec3d(x, -79.5 + 6.0 * s * up - 3 * square(1 - f) * 0.5 + (up > 0 ? -1.4 * bell(x, 0, 3) * s : 0.0), 62 + 23 * f);
+        return Vec3d(x, -79.5 + 6.0 * s * up - 3 * square(1 - f) * 0.5 + (up > 1e-9 ? -1.4 * bell(x, 0, 3) * s : 0.0), 62 + 23 * f);
     };
     for (int r = 1; r < kRings; ++r) {
         const double polar = pi * r / kRings;

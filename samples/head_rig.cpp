@@ -60,6 +60,8 @@ void HeadRig::find_jaw(const HeadSurface& surface, const std::vector<MouthPlace>
         smooth(field, kept);
         const auto fill = [&](const VertexRange& range, float value) { field.segment(range.first, range.count).setConstant(value); };
         for (const VertexRange& eye : head_.eyeballs) fill(eye, 0);
+        for (const auto& lashes : head_.lashes)
+            for (const HeadMesh::Lash& lash : lashes) field[lash.vertex] = 0;
         fill(head_.upper_teeth, 0);
         fill(head_.lower_teeth, 1);
         fill(head_.tongue, 1);
@@ -86,16 +88,18 @@ void HeadRig::find_lids() {
         const int n = head_.lids[side].size(), half = n / 2;
         const Vec3 eye = head_.landmarks.eye_centre[side];
         const auto angle = [&](std::uint32_t v) { return std::atan2(rest(v, 1) - eye.y(), rest(v, 2) - eye.z()); };
+        const auto radius = [&](std::uint32_t v) { return std::hypot(rest(v, 1) - eye.y(), rest(v, 2) - eye.z()); };
         lid_columns_[side].resize(half + 1);
         for (int k = 0; k <= half; ++k)
             lid_columns_[side][k] = {angle(rings[HeadMesh::kLidMargin][k]), angle(rings[HeadMesh::kLidMargin][(n - k) % n]),
-                                     float(std::pow(std::sin(pi * k / half), 0.7))};
+                                     radius(rings[HeadMesh::kLidMargin][k]), radius(rings[HeadMesh::kLidMargin][(n - k) % n]), float(std::pow(std::sin(pi * k / half), 0.7))};
         for (std::size_t r = 1; r < rings.size(); ++r)
             for (int k = 0; k < n; ++k) {
                 const bool upper = k <= half;
                 const double f = std::min(double(r) / HeadMesh::kLidMargin, 1.0);
                 lids_[side].push_back({rings[r][k], upper ? k : n - k, upper, float(smooth_step(0.3, 1, f) * (k % half == 0 ? 0 : 1))});
             }
+        for (const HeadMesh::Lash& lash : head_.lashes[side]) lids_[side].push_back({lash.vertex, lash.column, lash.upper, 1});
     }
 }
 
@@ -174,7 +178,7 @@ void HeadRig::roll_lids(const Weights& weights, const Gaze& gaze, Points& points
         const float blink = at(weights, shapes[side][0]), squint = at(weights, shapes[side][1]), wide = at(weights, shapes[side][2]),
                     cheek = at(weights, shapes[side][3]), pitch = std::clamp(gaze.pitch[side], -0.8f, 0.8f);
         const std::size_t columns = lid_columns_[side].size();
-        std::vector<float> up(columns), down(columns);
+        std::vector<float> up(columns), down(columns), shut(columns);
         for (std::size_t k = 0; k < columns; ++k) {
             const LidColumn& c = lid_columns_[side][k];
             const float gap = c.upper - c.lower;
@@ -189,13 +193,18 @@ void HeadRig::roll_lids(const Weights& weights, const Gaze& gaze, Points& points
             }
             up[k] = upper - c.upper;
             down[k] = lower - c.lower;
+            shut[k] = gap > 0 ? std::clamp(1 - (upper - lower) / gap, 0.f, 1.f) : 0.f;
         }
         const Vec3 eye = head_.landmarks.eye_centre[side];
         const float skim = head_.landmarks.eye_radius + kTear;
         for (const LidVertex& lid : lids_[side]) {
             const float angle = lid.share * (lid.upper ? up[lid.column] : down[lid.column]), c = std::cos(angle), s = std::sin(angle);
             Vec3 r = points.row(lid.vertex).transpose() - eye;
-            r = Vec3(r.x(), c * r.y() + s * r.z(), c * r.z() - s * r.y());
+            // Margins that meet lie at the same depth.
+            const LidColumn& column = lid_columns_[side][lid.column];
+            const float own = lid.upper ? column.upper_radius : column.lower_radius, other = lid.upper ? column.lower_radius : column.upper_radius;
+            const float depth = 1 + lid.share * shut[lid.column] * (0.5f * (own + other) / own - 1);
+            r = Vec3(r.x(), depth * (c * r.y() + s * r.z()), depth * (c * r.z() - s * r.y()));
             const float length = r.norm();
             if (length < skim) r *= skim / length;
             points.row(lid.vertex) = (eye + r).transpose();

@@ -41,6 +41,7 @@ private:
     /// One place along the palpebral fissure: angles about the eye's axis, rad, > 0 up.
     struct LidColumn {
         float upper, lower;  ///< of the margins at rest
+        float upper_radius, lower_radius;  ///< of the margins from that axis at rest, mm
         float shape;         ///< 0 at the corners, 1 in the middle
     };
 

@@ -351,12 +351,11 @@ void add_mouth(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& buil
 
 void add_skin(const HeadSurface& surface, HeadMeshBuilder& builder, HeadMesh& head) {
     SkinGrid grid(surface, builder);
-    const double m = surface.proportions().mouth;
     const auto even = [](int a, int b) { return (b - a) % 2 == 0 ? b : b + 1; };
     // Mouth: about the midline, an even number of rows so that the corners of the mouth have a vertex.
-    const int mi = grid.column_at(34 * m + 4) - grid.middle();
+    const int mi = grid.column_at(38) - grid.middle();
     const Rect mouth{grid.middle() - mi, grid.middle() + mi, grid.row_at(-93), even(grid.row_at(-93), grid.row_at(-53))};
-    const double e = surface.proportions().eye_x;
+    const double e = HeadProportions{}.eye_x;
     const Rect eye{grid.column_at(e - 21), grid.column_at(e + 22), grid.row_at(-19), even(grid.row_at(-19), grid.row_at(17))};
     const Rect nostril{grid.column_at(3.2), grid.column_at(10.5), grid.row_at(-45.8), even(grid.row_at(-45.8), grid.row_at(-41.5))};
     const Rect ear{grid.column_at(100), grid.column_at(148), grid.row_at(-98), even(grid.row_at(-98), grid.row_at(20))};

