@@ -92,7 +92,7 @@ private:
 
 /// 0, 1, 2, 3-4, 5-8, 9-16, ...: magnitudes in `levels` steps.
 inline int magnitude_level(std::uint32_t magnitude, int levels) {
-    const int level = magnitude < 3 ? int(magnitude) : 34 - __builtin_clz(magnitude - 1);
+    const int level = magnitude < 3 ? int(magnitude) : 33 - __builtin_clz(magnitude - 1);
     return level < levels ? level : levels - 1;
 }
 

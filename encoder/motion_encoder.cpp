@@ -202,7 +202,7 @@ Result<EncodedMotion> encode_motion(const Clip& clip, const MotionOptions& optio
         if (kind == MotionKind::markers && clip.vertices && clip.neutral && !clip.rigid.empty() &&
             clip.vertices->frames == own_frames && clip.vertices->points == clip.neutral->positions.rows())
             poses = steady_poses(*clip.vertices, clip.neutral->positions, clip.rigid);
-        else
+        else if (steadiest_stray(kind == MotionKind::vertices ? *clip.vertices : *clip.markers, reference) > 0.5 * guess)
             poses = steady_poses(kind == MotionKind::vertices ? *clip.vertices : *clip.markers, reference,
                                  kind == MotionKind::vertices || !clip.vertices ? std::span<const std::uint32_t>(clip.rigid)
                                                                                 : std::span<const std::uint32_t>());
@@ -250,7 +250,7 @@ Result<EncodedMotion> encode_motion(const Clip& clip, const MotionOptions& optio
     };
     // Bits fall and errors grow with the step: `wanted` tells which way the figure has to go.
     const double direction = asked.what == Asked::What::kbps ? -1 : 1;
-    double step = guess * std::sqrt(12.0 * double(task.shape.points) / double(std::max<Eigen::Index>(4, task.components.vectors.cols())));
+    double step = guess * std::sqrt(12.0 * double(task.shape.points) / double(std::clamp<Eigen::Index>(task.components.vectors.cols(), 4, 24)));
     std::optional<MotionTrial> best;
     Measured best_measured;
     double best_figure = 0, low = 0, high = 0, low_figure = 0, high_figure = 0;

@@ -68,7 +68,9 @@ void MotionSearch::quantise_basis(MotionTrial& trial, double step, double lambda
     for (Eigen::Index i = 0; i < Eigen::Index(values.size()); ++i) values[std::size_t(i)] = c.mean[i] / double(basis.mean_step);
     basis.mean = quantiser.quantise(values, per_bit);
     vector_bits.assign(1, quantiser.bits());
-    for (Eigen::Index j = 0; j < most_components_; ++j) {
+    // More than twice what paid at a step not much larger will not pay now.
+    const Eigen::Index most = kept_at_ > 0 && step > 0.6 * kept_at_ ? std::min(most_components_, 2 * kept_ + 8) : most_components_;
+    for (Eigen::Index j = 0; j < most; ++j) {
         const double size = std::sqrt(c.coefficients.row(j).squaredNorm() / frames) / unit;
         for (Eigen::Index i = 0; i < Eigen::Index(values.size()); ++i) values[std::size_t(i)] = c.vectors(i, j) * size;
         std::vector<std::int32_t> vector = quantiser.quantise(values, per_bit);
