@@ -365,6 +365,7 @@ private:
         for (std::int64_t r = 0; r < table->rows; ++r) {
             rows.emplace_back();
             for (std::int64_t c = 0; c < table->columns; ++c) rows.back().push_back(table->at(r, c));
+            while (!rows.back().empty() && std::isnan(rows.back().back())) rows.back().pop_back();  // a shorter row
         }
         return rows;
     }

@@ -36,14 +36,13 @@ ClipReading read_clip(const std::filesystem::path& path, const LoadOptions& opti
 
 struct WriteOptions {
     bool overwrite = false;  ///< replace the files of a clip that is there already
-    /// A video file, already written, that becomes the clip's texture (it is moved into the folder); `clip.texture` is then
-    /// not written.
-    std::optional<std::filesystem::path> texture_video;
+    bool texture_video = false;  ///< a moving texture as one lossless video, not as numbered PNGs
     Progress progress;
 };
 
 /// Writes a clip folder: clip.json, NPY arrays, OBJ meshes, numbered PNGs (one PNG if static) and WAV, lengths in clip.unit.
-/// Everything is first written beside `path` and then moved there, clip.json last. Error: a frame of clip.texture that
+/// Everything is first written beside `path` and then moved there, clip.json last; what a killed process left beside it is
+/// cleared away. Error: a frame of clip.texture that
 /// cannot be read. Throws EnvironmentError when the folder is there with something in it and `overwrite` is not set, or
 /// when writing fails; what was there before is then still there.
 Result<void> write_clip(const std::filesystem::path& path, const Clip& clip, const WriteOptions& options = {});

@@ -1,7 +1,10 @@
 #include <fmt/format.h>
+#include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -12,6 +15,8 @@
 #include "io/npy.hpp"
 #include "io/obj.hpp"
 #include "io/sound_file.hpp"
+#include "io/text.hpp"
+#include "media/video_writer.hpp"
 
 namespace mien::io {
 namespace {
@@ -27,7 +32,9 @@ using Json = nlohmann::ordered_json;
 class StagingFolder {
 public:
     explicit StagingFolder(const fs::path& target) {
-        path_ = target.parent_path() / fmt::format(".{}.part-{}", target.filename().string(), getpid());
+        const std::string prefix = fmt::format(".{}.part-", target.filename().string());
+        clear_leftovers(target.parent_path(), prefix);
+        path_ = target.parent_path() / fmt::format("{}{}", prefix, getpid());
         std::error_code error;
         fs::remove_all(path_, error);
         fs::create_directories(path_, error);
@@ -42,6 +49,20 @@ public:
     const fs::path& path() const { return path_; }
 
 private:
+    /// Staging folders whose process is no more.
+    static void clear_leftovers(const fs::path& beside, const std::string& prefix) {
+        std::error_code error;
+        std::vector<fs::path> dead;
+        for (fs::directory_iterator at(beside, error), end; !error && at != end; at.increment(error)) {
+            const std::string name = at->path().filename().string();
+            if (!name.starts_with(prefix)) continue;
+            const auto process = parse_integer(std::string_view(name).substr(prefix.size()));
+            if (process && *process > 0 && *process <= std::numeric_limits<pid_t>::max() && kill(pid_t(*process), 0) != 0 && errno == ESRCH)
+                dead.push_back(at->path());
+        }
+        for (const fs::path& folder : dead) fs::remove_all(folder, error);
+    }
+
     fs::path path_;
 };
 
@@ -59,25 +80,22 @@ void write_lengths(const fs::path& path, const std::vector<std::int64_t>& shape,
 }
 
 Result<void> write_texture(const fs::path& folder, const Clip& clip, const WriteOptions& options, Json& json) {
-    if (options.texture_video) {
-        const fs::path name = "texture" + options.texture_video->extension().string();
-        // The caller's file goes only when the whole clip is in place.
-        std::error_code error;
-        fs::create_hard_link(*options.texture_video, folder / name, error);
-        if (error) fs::copy_file(*options.texture_video, folder / name, error);
-        if (error) fail(folder / name, error);
-        json["texture"] = name.string();
-        return {};
-    }
     if (!clip.texture) return {};
     const std::int64_t frames = clip.texture->frames() == 1 ? 1 : std::min(clip.texture->frames(), clip.frame_count());
-    if (frames > 1) fs::create_directory(folder / "texture");
+    const char* name = frames == 1 ? "texture.png" : options.texture_video ? "texture.mkv" : "texture";
+    json["texture"] = name;
+    std::optional<media::VideoWriter> video;
+    if (frames > 1 && options.texture_video)
+        video = media::VideoWriter::lossless(folder / name, clip.texture->width(), clip.texture->height(), clip.frame_rate);
+    else if (frames > 1)
+        fs::create_directory(folder / name);
     for (std::int64_t f = 0; f < frames; ++f) {
         MIEN_TRY(image, clip.texture->read(f));
-        write_image(frames == 1 ? folder / "texture.png" : folder / "texture" / fmt::format("{:06}.png", f), image);
+        if (video) video->write(image);
+        else write_image(frames == 1 ? folder / name : folder / name / fmt::format("{:06}.png", f), image);
         if (options.progress) options.progress("writing texture", f + 1, frames);
     }
-    json["texture"] = frames == 1 ? "texture.png" : "texture";
+    if (video) video->finish();
     return {};
 }
 
@@ -118,8 +136,9 @@ void write_motion(const fs::path& folder, const Clip& clip, Json& json) {
     }
 }
 
-/// A site on a triangle is written by the triangle's index and weights in the triangle's order.
-Result<Json> sites_of(const Clip& clip) {
+/// A site on a triangle is written by the triangle's index and weights in the triangle's order, one at a vertex by the
+/// vertex, in a row that NaN fills up.
+Result<void> write_sites(const fs::path& path, const Clip& clip) {
     const auto sorted = [](Triangle t) {
         std::sort(t.begin(), t.end());
         return t;
@@ -127,23 +146,32 @@ Result<Json> sites_of(const Clip& clip) {
     std::map<Triangle, std::size_t> triangle_of;
     if (clip.neutral)
         for (std::size_t t = 0; t < clip.neutral->triangles.size(); ++t) triangle_of.try_emplace(sorted(clip.neutral->triangles[t]), t);
-    Json sites = Json::array();
+    const auto at_vertex = [](const Site& site) { return site.vertices[0] == site.vertices[1] && site.vertices[1] == site.vertices[2]; };
+    const auto M = std::int64_t(clip.marker_sites.size());
+    if (std::all_of(clip.marker_sites.begin(), clip.marker_sites.end(), at_vertex)) {
+        std::vector<float> vertices;
+        for (const Site& site : clip.marker_sites) vertices.push_back(static_cast<float>(site.vertices[0]));
+        write_npy(path, {M}, vertices);
+        return {};
+    }
+    std::vector<float> rows;
     for (const Site& site : clip.marker_sites) {
         const auto& v = site.vertices;
-        if (v[0] == v[1] && v[1] == v[2]) {
-            sites.push_back(v[0]);
+        if (at_vertex(site)) {
+            rows.push_back(static_cast<float>(v[0]));
+            rows.insert(rows.end(), 3, std::numeric_limits<float>::quiet_NaN());
             continue;
         }
         const auto at = triangle_of.find(sorted({v[0], v[1], v[2]}));
         if (at == triangle_of.end())
-            return Error{ErrorCode::invalid, fmt::format("marker {} sits between vertices {}, {} and {}, which are no triangle of the mesh", sites.size(), v[0], v[1], v[2])};
-        Json entry = Json::array({at->second});
+            return Error{ErrorCode::invalid, fmt::format("marker {} sits between vertices {}, {} and {}, which are no triangle of the mesh", rows.size() / 4, v[0], v[1], v[2])};
+        rows.push_back(static_cast<float>(at->second));
         for (const std::uint32_t corner : clip.neutral->triangles[at->second])
             for (int i = 0; i < 3; ++i)
-                if (v[i] == corner) entry.push_back(site.weights[i]);
-        sites.push_back(entry);
+                if (v[i] == corner) rows.push_back(site.weights[i]);
     }
-    return sites;
+    write_npy(path, {M, 4}, rows);
+    return {};
 }
 
 Result<void> write_statics(const fs::path& folder, const Clip& clip, Json& json) {
@@ -153,8 +181,8 @@ Result<void> write_statics(const fs::path& folder, const Clip& clip, Json& json)
         json["neutral"] = "neutral.obj";
     }
     if (!clip.marker_sites.empty()) {
-        MIEN_TRY(sites, sites_of(clip));
-        json["marker_sites"] = sites;
+        MIEN_CHECK(write_sites(folder / "marker_sites.npy", clip));
+        json["marker_sites"] = "marker_sites.npy";
     }
     if (!clip.blendshapes.empty()) {
         const std::int64_t V = clip.blendshapes[0].offsets.rows();
@@ -169,7 +197,10 @@ Result<void> write_statics(const fs::path& folder, const Clip& clip, Json& json)
         json["blendshapes"] = {{"offsets", "blendshapes.npy"}, {"names", names}};
     }
     if (clip.weights && !clip.weights->names.empty()) json["weight_names"] = clip.weights->names;
-    if (!clip.rigid.empty()) json["rigid"] = clip.rigid;
+    if (!clip.rigid.empty()) {
+        write_npy(folder / "rigid.npy", {std::int64_t(clip.rigid.size())}, std::vector<float>(clip.rigid.begin(), clip.rigid.end()));
+        json["rigid"] = "rigid.npy";
+    }
     if (clip.mask) {
         write_image(folder / "mask.png", *clip.mask);
         json["masks"] = "mask.png";
@@ -179,6 +210,13 @@ Result<void> write_statics(const fs::path& folder, const Clip& clip, Json& json)
         json["sound"] = "sound.wav";
     }
     return {};
+}
+
+/// One key a line, its value on the same line.
+std::string text_of(const Json& json) {
+    std::string text = "{";
+    for (const auto& [key, value] : json.items()) text += fmt::format("{}\n  {}: {}", text == "{" ? "" : ",", Json(key).dump(), value.dump());
+    return text + "\n}\n";
 }
 
 /// Moves what was staged into place, clip.json last; what it replaces is kept until then.
@@ -230,9 +268,8 @@ Result<void> write_clip(const fs::path& path, const Clip& clip, const WriteOptio
     MIEN_CHECK(write_statics(staging.path(), clip, json));
     write_motion(staging.path(), clip, json);
     MIEN_CHECK(write_texture(staging.path(), clip, options, json));
-    write_file(staging.path() / "clip.json", json.dump(1) + "\n");
+    write_file(staging.path() / "clip.json", text_of(json));
     move_into_place(staging.path(), target);
-    if (options.texture_video) fs::remove(*options.texture_video, error);
     return {};
 }
 

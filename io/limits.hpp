@@ -12,7 +12,7 @@ inline constexpr std::int64_t kMaxMarkers = 1 << 16;
 inline constexpr std::int64_t kMaxWeights = 4096;                       // film rigs have about one thousand blendshapes
 inline constexpr std::int64_t kMaxFrames = 1 << 24;                     // three days at 60 Hz
 inline constexpr std::int64_t kMaxValues = std::int64_t(1) << 33;       // floats of one array: 32 GiB, more than fits beside a clip
-inline constexpr int kMaxImageSide = 16384;                             // texels; stb's own bound is higher
+inline constexpr int kMaxImageSide = 8192;                              // texels; film faces have 8192, and a small file may ask for it: 256 MiB
 inline constexpr std::int64_t kMaxSoundSamples = std::int64_t(1) << 31; // 6 hours of stereo at 48 kHz
 
 }  // namespace mien::io

@@ -1,7 +1,6 @@
 #include "samples/stage.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +9,6 @@
 #include "core/parallel.hpp"
 #include "io/clip_folder.hpp"
 #include "io/sound_file.hpp"
-#include "media/lossless_video.hpp"
 #include "samples/ict_actor.hpp"
 #include "samples/procedural_actor.hpp"
 #include "samples/skin.hpp"
@@ -41,22 +39,6 @@ Result<void> check(const StageOptions& options) {
     return {};
 }
 
-/// A file beside the clip that is gone when work ends.
-class ScratchFile {
-public:
-    explicit ScratchFile(fs::path path) : path_(std::move(path)) {}
-    ScratchFile(const ScratchFile&) = delete;
-    ScratchFile& operator=(const ScratchFile&) = delete;
-    ~ScratchFile() {
-        std::error_code ignored;
-        fs::remove(path_, ignored);
-    }
-    const fs::path& path() const { return path_; }
-
-private:
-    fs::path path_;
-};
-
 /// Vertices and clean markers of every frame, head pose applied.
 void act(const Performance& performance, const Actor& actor, Clip& clip, const Progress& progress) {
     const std::int64_t F = performance.frames(), M = std::int64_t(clip.marker_sites.size());
@@ -75,16 +57,6 @@ void act(const Performance& performance, const Actor& actor, Clip& clip, const P
         });
         if (progress) progress("acting", first + count, F);
     }
-}
-
-Result<void> film(StageTexture& texture, const fs::path& path, Rational frame_rate, const Progress& progress) {
-    MIEN_TRY(video, media::LosslessVideoWriter::open(path, texture.width(), texture.height(), frame_rate));
-    for (std::int64_t f = 0; f < texture.frames(); ++f) {
-        MIEN_TRY(picture, texture.read(f));
-        MIEN_CHECK(video.write(picture));
-        if (progress) progress("painting the texture", f + 1, texture.frames());
-    }
-    return video.finish();
 }
 
 }  // namespace
@@ -131,6 +103,7 @@ Result<void> stage(const StageOptions& options, const fs::path& output, const Pr
     if (performance.frames() > kMaxFrames)
         return Error{ErrorCode::limit_exceeded, fmt::format("{} frames are more than the stage makes at once; use --seconds or --frames", performance.frames())};
     MIEN_TRY(actor, make_actor(options));
+    std::optional<Skin> skin;
 
     Clip clip;
     clip.name = output.filename().string();
@@ -151,20 +124,16 @@ Result<void> stage(const StageOptions& options, const fs::path& output, const Pr
     if (const auto* ict = dynamic_cast<const IctActor*>(actor.get())) clip.blendshapes = ict->blendshapes();
     clip.sound = performance.sound;
 
-    io::WriteOptions write{options.force, std::nullopt, progress};
     const fs::path parent = fs::absolute(output).parent_path();
     fs::create_directories(parent, error);
     if (error) throw EnvironmentError(fmt::format("cannot make the folder {}: {}", parent.string(), error.message()));
-    const ScratchFile video(parent / fmt::format(".{}.texture-{}.mkv", clip.name, getpid()));
     if (options.texture_size > 0) {
         if (progress) progress("painting the skin", 0, 0);
-        const Skin skin(*actor, options.texture_size, options.seed);
-        clip.mask = skin.mask();
-        StageTexture texture(*actor, skin, performance.instants);
-        MIEN_CHECK(film(texture, video.path(), clip.frame_rate, progress));
-        write.texture_video = video.path();
+        skin.emplace(*actor, options.texture_size, options.seed);
+        clip.mask = skin->mask();
+        clip.texture = std::make_shared<StageTexture>(*actor, *skin, performance.instants);
     }
-    return io::write_clip(output, clip, write);
+    return io::write_clip(output, clip, {.overwrite = options.force, .texture_video = true, .progress = progress});
 }
 
 }  // namespace mien::samples

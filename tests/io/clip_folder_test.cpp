@@ -1,7 +1,10 @@
 #include "io/clip_folder.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -145,14 +148,45 @@ TEST(ClipFolder, AFullDiskIsToldAndLeavesNothing) {
     EXPECT_FALSE(fs::exists(folder / "a.npy"));
 }
 
-TEST(ClipFolder, AVideoThatIsThereBecomesTheTexture) {
+TEST(ClipFolder, AMovingTextureCanBeOneLosslessVideo) {
+    const TemporaryFolder folder;
+    const Clip clip = full_clip();
+    ASSERT_TRUE(write_clip(folder / "take", clip, {.texture_video = true}));
+    EXPECT_TRUE(fs::exists(folder / "take" / "texture.mkv"));
+    EXPECT_FALSE(fs::exists(folder / "take" / "texture"));
+    const auto loaded = load_clip(folder / "take");
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    ASSERT_EQ(loaded->clip.texture->frames(), 3);
+    for (int f = 0; f < 3; ++f) EXPECT_EQ(loaded->clip.texture->read(f)->pixels, clip.texture->read(f)->pixels);
+}
+
+TEST(ClipFolder, ItsDescriptionStaysReadable) {
     const TemporaryFolder folder;
     Clip clip = full_clip();
-    clip.texture.reset();
-    write_file(folder / "made.mp4", "not really a video");
-    ASSERT_TRUE(write_clip(folder / "take", clip, {.texture_video = folder / "made.mp4"}));
-    EXPECT_TRUE(fs::exists(folder / "take" / "texture.mp4"));
-    EXPECT_FALSE(fs::exists(folder / "made.mp4"));
+    ASSERT_TRUE(write_clip(folder / "take", clip));
+    const std::string text = read_text(folder / "take" / "clip.json").value();
+    for (const char* line : {"{\n  \"fps\": \"30000/1001\",\n", "\n  \"rigid\": \"rigid.npy\",\n", "\n  \"weight_names\": [\"JawOpen\",\"Smile\"],\n"})
+        EXPECT_NE(text.find(line), std::string::npos) << text;
+    EXPECT_LT(std::count(text.begin(), text.end(), '\n'), 20);
+    // Sites at vertices alone are one column.
+    clip.marker_sites = {Site::at_vertex(3), Site::at_vertex(1)};
+    ASSERT_TRUE(write_clip(folder / "take", clip, {.overwrite = true}));
+    EXPECT_EQ(read_npy_shape(folder / "take" / "marker_sites.npy").value(), std::vector<std::int64_t>{2});
+    EXPECT_EQ(load_clip(folder / "take")->clip.marker_sites[1].vertices[2], 1u);
+}
+
+TEST(ClipFolder, WhatAKilledProcessLeftIsClearedAway) {
+    const TemporaryFolder folder;
+    const pid_t child = fork();
+    if (child == 0) _exit(0);
+    ASSERT_EQ(waitpid(child, nullptr, 0), child);  // so nobody has this number now
+    const fs::path dead = folder / (".take.part-" + std::to_string(child)), alive = folder / ".take.part-1",
+                   other = folder / (".take2.part-" + std::to_string(child));
+    for (const fs::path& path : {dead, alive, other}) fs::create_directory(path);
+    ASSERT_TRUE(write_clip(folder / "take", full_clip()));
+    EXPECT_FALSE(fs::exists(dead));
+    EXPECT_TRUE(fs::exists(alive));
+    EXPECT_TRUE(fs::exists(other));
 }
 
 TEST(PlainFolder, NumberedMeshesWithOnePictureLoadAsTheyStand) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <random>
 
 #include "core/environment_error.hpp"
 #include "core/picture_measures.hpp"
@@ -46,6 +47,20 @@ TEST_F(VideoFile, LosslessGivesEveryPixelBackInAnyOrder) {
     EXPECT_EQ((*reader)->frame_rate(), make_rational(24000, 1001));
     for (const int n : {0, 1, 2, 11, 3, 3, 10, 0, 5})
         EXPECT_EQ((*reader)->read(n)->pixels, numbered(33, 21, n).pixels) << n;
+}
+
+TEST_F(VideoFile, LosslessKeepsNoiseThatCannotBeCompressed) {
+    std::minstd_rand random(1);
+    std::vector<Image> pictures(3, Image(96, 80, 3));
+    VideoWriter writer = VideoWriter::lossless(folder_ / "noise.mkv", 96, 80, {30, 1});
+    for (Image& picture : pictures) {
+        for (std::uint8_t& p : picture.pixels) p = std::uint8_t(random() >> 7);
+        writer.write(picture);
+    }
+    writer.finish();
+    auto reader = VideoReader::open(folder_ / "noise.mkv");
+    ASSERT_TRUE(reader.ok()) << reader.error().message;
+    for (const int n : {2, 0, 1}) EXPECT_EQ((*reader)->read(n)->pixels, pictures[std::size_t(n)].pixels) << n;
 }
 
 TEST_F(VideoFile, AMovieReadsByExactFrameNumberAcrossKeyFramesAndReordering) {
