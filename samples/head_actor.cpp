@@ -6,7 +6,8 @@ namespace {
 
 class ProceduralActor final : public Actor {
 public:
-    explicit ProceduralActor(std::uint64_t seed) : surface_(head_proportions(seed)), head_(make_head_mesh(surface_)), rig_(surface_, head_) {}
+    explicit ProceduralActor(std::uint64_t seed)
+        : surface_(head_proportions(seed)), head_(make_head_mesh(surface_)), rig_(surface_, head_) {}
 
     const Mesh& neutral() const override { return head_.mesh; }
     const Landmarks& landmarks() const override { return head_.landmarks; }
@@ -21,6 +22,8 @@ private:
 
 }  // namespace
 
-std::unique_ptr<Actor> make_procedural_actor(std::uint64_t seed) { return std::make_unique<ProceduralActor>(seed); }
+std::unique_ptr<Actor> make_procedural_actor(std::uint64_t seed) {
+    return std::make_unique<ProceduralActor>(seed);
+}
 
 }  // namespace mien::samples

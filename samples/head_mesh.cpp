@@ -17,12 +17,14 @@ void HeadMeshBuilder::triangle(Surface surface, Corner a, Corner b, Corner c) {
 }
 
 void HeadMeshBuilder::quad(Surface surface, Corner a, Corner b, Corner c, Corner d) {
-    // Cut towards the midline above and away from it below; ties of height go by the mirror-symmetric first corner.
+    // Cut towards the midline above and away from it below; ties of height go by the mirror-symmetric first
+    // corner.
     const auto key = [&](Corner p, Corner q) {
         const Vec3d m = position(p.first), n = position(q.first);
         return std::abs(m.x()) * m.y() + std::abs(n.x()) * n.y() + 1e-3 * (m.z() + n.z());
     };
-    const double one = (position(a.first) - position(c.first)).norm(), two = (position(b.first) - position(d.first)).norm();
+    const double one = (position(a.first) - position(c.first)).norm(),
+                 two = (position(b.first) - position(d.first)).norm();
     const bool first = std::abs(one - two) > 1e-6 ? one < two : key(a, c) < key(b, d);
     if (first) {
         triangle(surface, a, b, c);
@@ -42,13 +44,15 @@ Mesh HeadMeshBuilder::build() const {
         // One run per surface, in the order of its first triangle.
         std::vector<Surface> surfaces;
         for (const Corners& t : triangles)
-            if (std::find(surfaces.begin(), surfaces.end(), t.surface) == surfaces.end()) surfaces.push_back(t.surface);
+            if (std::find(surfaces.begin(), surfaces.end(), t.surface) == surfaces.end())
+                surfaces.push_back(t.surface);
         for (const Surface surface : surfaces) {
             MeshPart part{name, surface, static_cast<std::uint32_t>(mesh.triangles.size()), 0};
             for (const Corners& t : triangles) {
                 if (t.surface != surface) continue;
                 mesh.triangles.push_back({t.corners[0].first, t.corners[1].first, t.corners[2].first});
-                mesh.texcoord_triangles.push_back({t.corners[0].second, t.corners[1].second, t.corners[2].second});
+                mesh.texcoord_triangles.push_back(
+                    {t.corners[0].second, t.corners[1].second, t.corners[2].second});
                 ++part.count;
             }
             if (surfaces.size() > 1 && surface == Surface::mouth) part.name += "_gums";
@@ -75,19 +79,23 @@ HeadMesh assemble(const HeadSurface& surface) {
 
 HeadMesh make_head_mesh(const HeadSurface& surface) {
     HeadMesh head = assemble(surface);
-    // Quads are cut by their shape: every seed takes the cuts of the plain head, so that all have the same triangles.
+    // Quads are cut by their shape: every seed takes the cuts of the plain head, so that all have the same
+    // triangles.
     const HeadMesh plain = assemble(HeadSurface(HeadProportions{}));
     head.mesh.triangles = plain.mesh.triangles;
     head.mesh.texcoord_triangles = plain.mesh.texcoord_triangles;
     for (Eigen::Index v = 0; v < head.mesh.positions.rows(); ++v)
-        head.mesh.positions.row(v) = surface.skewed(head.mesh.positions.row(v).transpose().cast<double>()).cast<float>();
+        head.mesh.positions.row(v) =
+            surface.skewed(head.mesh.positions.row(v).transpose().cast<double>()).cast<float>();
 
     // Landmarks are read off the mesh itself, so that they lie exactly on it.
     const auto at = [&](std::uint32_t v) -> Vec3 { return head.mesh.positions.row(v).transpose(); };
     Landmarks& marks = head.landmarks;
     for (int side = 0; side < 2; ++side) {
         const float sign = side == 1 ? 1.f : -1.f;
-        const auto mirrored = [&](const Vec3d& p) { return Vec3(surface.skewed({sign * p.x(), p.y(), p.z()}).cast<float>()); };
+        const auto mirrored = [&](const Vec3d& p) {
+            return Vec3(surface.skewed({sign * p.x(), p.y(), p.z()}).cast<float>());
+        };
         for (int i = 0; i <= 12; ++i) {
             const double q = i / 12.0;
             const double x = mix(11.5, 52, q), y = 18.5 + 4.5 * std::sin(pi * std::pow(q, 1.6)) - 3.5 * q * q;

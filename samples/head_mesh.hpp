@@ -9,9 +9,9 @@
 
 namespace mien::samples {
 
-/// Concentric loops of vertices around an opening, from the skin inwards; all loops of an opening are equally long.
-/// Index 0 lies at the actor's left end (x greatest for the mouth, the outer corner for an eye, the back for an ear),
-/// a quarter of the way on at the top.
+/// Concentric loops of vertices around an opening, from the skin inwards; all loops of an opening are equally
+/// long. Index 0 lies at the actor's left end (x greatest for the mouth, the outer corner for an eye, the
+/// back for an ear), a quarter of the way on at the top.
 struct Loops {
     std::vector<std::vector<std::uint32_t>> rings;  ///< ring 0: on the skin grid
     int size() const { return rings.empty() ? 0 : static_cast<int>(rings[0].size()); }
@@ -26,8 +26,8 @@ struct VertexRange {
 struct HeadMesh {
     Mesh mesh;
     Landmarks landmarks;
-    Loops mouth;       ///< to the border of the lips, over the lips, into the bag behind them
-    Loops lids[2];     ///< [0] right, [1] left; to the margin and under it
+    Loops mouth;    ///< to the border of the lips, over the lips, into the bag behind them
+    Loops lids[2];  ///< [0] right, [1] left; to the margin and under it
     Loops nostrils[2], ears[2];
     struct Lash {
         std::uint32_t vertex;

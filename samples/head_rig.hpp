@@ -6,8 +6,8 @@
 
 namespace mien::samples {
 
-/// Moves a head by ARKit weights: linear muscles with a soft limit, the hinge of the jaw, lids that roll over the
-/// eyeballs, lips that cannot pass through each other, eyeballs that turn.
+/// Moves a head by ARKit weights: linear muscles with a soft limit, the hinge of the jaw, lids that roll over
+/// the eyeballs, lips that cannot pass through each other, eyeballs that turn.
 class HeadRig {
 public:
     /// `head` must outlive the rig.
@@ -34,15 +34,15 @@ private:
     /// A vertex of the skin around an eye: it turns about the eye's left-right axis.
     struct LidVertex {
         std::uint32_t vertex;
-        int column;   ///< 0 .. half a loop, from the outer corner
+        int column;  ///< 0 .. half a loop, from the outer corner
         bool upper;
         float share;  ///< of the margin's rotation
     };
     /// One place along the palpebral fissure: angles about the eye's axis, rad, > 0 up.
     struct LidColumn {
-        float upper, lower;  ///< of the margins at rest
+        float upper, lower;                ///< of the margins at rest
         float upper_radius, lower_radius;  ///< of the margins from that axis at rest, mm
-        float shape;         ///< 0 at the corners, 1 in the middle
+        float shape;                       ///< 0 at the corners, 1 in the middle
     };
 
     const HeadMesh& head_;

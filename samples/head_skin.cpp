@@ -7,12 +7,15 @@ using Corner = HeadMeshBuilder::Corner;
 
 constexpr double kArc = 72;  // mm of chart per radian of phi on the front
 
-/// The one texture chart of the skin: an unrolled cylinder, the front at full size, the back of the head and the neck
-/// smaller, narrowing towards the crown and the neck's end so that the small charts fit into the corners.
+/// The one texture chart of the skin: an unrolled cylinder, the front at full size, the back of the head and
+/// the neck smaller, narrowing towards the crown and the neck's end so that the small charts fit into the
+/// corners.
 Vec2d skin_chart(double phi, double t) {
     const double s = kArc * std::abs(phi), turn = 92, behind = 0.36;
-    const double across = (std::min(s, turn) + behind * std::max(s - turn, 0.0)) / (turn + behind * (pi * kArc - turn));
-    static const Spline up({-190, -160, -125, -100, 0, 60, 110, 160}, {0.012, 0.05, 0.115, 0.20, 0.57, 0.785, 0.88, 0.925});
+    const double across =
+        (std::min(s, turn) + behind * std::max(s - turn, 0.0)) / (turn + behind * (pi * kArc - turn));
+    static const Spline up({-190, -160, -125, -100, 0, 60, 110, 160},
+                           {0.012, 0.05, 0.115, 0.20, 0.57, 0.785, 0.88, 0.925});
     const double narrow = mix(1, 0.38, smooth_step(-99, -150, t)) * mix(1, 0.28, smooth_step(40, 135, t));
     return {0.5 + std::copysign(0.488 * across * narrow, phi), up(t)};
 }
@@ -34,8 +37,14 @@ public:
         }
         half_ = static_cast<int>(columns_.size()) - 1;
         rows_ = {HeadSurface::kBottom};
-        for (const auto& [until, step] :
-             {std::pair{-150.0, 7.2}, {-112.0, 4.6}, {-50.0, 3.5}, {-32.0, 1.9}, {36.0, 3.5}, {60.0, 4.8}, {146.0, 7.2}, {154.0, 4.0}}) {
+        for (const auto& [until, step] : {std::pair{-150.0, 7.2},
+                                          {-112.0, 4.6},
+                                          {-50.0, 3.5},
+                                          {-32.0, 1.9},
+                                          {36.0, 3.5},
+                                          {60.0, 4.8},
+                                          {146.0, 7.2},
+                                          {154.0, 4.0}}) {
             const double from = rows_.back();
             const int n = static_cast<int>(std::ceil((until - from) / step - 1e-9));
             for (int i = 1; i <= n; ++i) rows_.push_back(from + (until - from) * i / n);
@@ -48,8 +57,12 @@ public:
     double phi(int i) const { return i < half_ ? -columns_[half_ - i] / kArc : columns_[i - half_] / kArc; }
     double t(int j) const { return rows_[j]; }
     /// The first row and column (from the midline to the left) at or beyond a place.
-    int column_at(double s) const { return half_ + int(std::lower_bound(columns_.begin(), columns_.end(), s) - columns_.begin()); }
-    int row_at(double t) const { return int(std::lower_bound(rows_.begin(), rows_.end(), t) - rows_.begin()); }
+    int column_at(double s) const {
+        return half_ + int(std::lower_bound(columns_.begin(), columns_.end(), s) - columns_.begin());
+    }
+    int row_at(double t) const {
+        return int(std::lower_bound(rows_.begin(), rows_.end(), t) - rows_.begin());
+    }
     Rect mirrored(const Rect& r) const { return {2 * half_ - r.i1, 2 * half_ - r.i0, r.j0, r.j1}; }
 
     void build(const std::vector<Rect>& holes) {
@@ -57,7 +70,9 @@ public:
         corners_.assign(std::size_t(C + 1) * R, Corner{~0u, ~0u});
         for (int j = 0; j < R; ++j)
             for (int i = 0; i <= C; ++i) {
-                if (std::any_of(holes.begin(), holes.end(), [&](const Rect& r) { return r.strictly_inside(i, j); })) continue;
+                if (std::any_of(holes.begin(), holes.end(),
+                                [&](const Rect& r) { return r.strictly_inside(i, j); }))
+                    continue;
                 Vec3d p = surface_.skin(std::abs(phi(i)), t(j));
                 if (i == half_ || i == 0 || i == C) p.x() = 0;
                 if (i < half_) p.x() = -p.x();
@@ -76,8 +91,8 @@ public:
         }
     }
 
-    /// The hole's border, counter-clockwise seen from outside, starting in the middle of the side of greatest column;
-    /// `mirror`: the mirror image of that loop.
+    /// The hole's border, counter-clockwise seen from outside, starting in the middle of the side of greatest
+    /// column; `mirror`: the mirror image of that loop.
     std::vector<Corner> border(Rect r, bool mirror) const {
         std::vector<Corner> loop;
         const Rect side = mirror ? mirrored(r) : r;
@@ -92,20 +107,25 @@ public:
     }
 
     /// Stitches loop `inner` into loop `outer`.
-    void band(Surface surface, const std::vector<Corner>& outer, const std::vector<Corner>& inner, bool mirror) {
+    void band(Surface surface, const std::vector<Corner>& outer, const std::vector<Corner>& inner,
+              bool mirror) {
         const int n = static_cast<int>(outer.size());
         for (int k = 0; k < n; ++k) {
             const int l = (k + 1) % n;
-            if (mirror) builder_.quad(surface, outer[l], outer[k], inner[k], inner[l]);
-            else builder_.quad(surface, outer[k], outer[l], inner[l], inner[k]);
+            if (mirror)
+                builder_.quad(surface, outer[l], outer[k], inner[k], inner[l]);
+            else
+                builder_.quad(surface, outer[k], outer[l], inner[l], inner[k]);
         }
     }
     void cap(Surface surface, const std::vector<Corner>& loop, Corner centre, bool mirror) {
         const int n = static_cast<int>(loop.size());
         for (int k = 0; k < n; ++k) {
             const int l = (k + 1) % n;
-            if (mirror) builder_.triangle(surface, loop[l], loop[k], centre);
-            else builder_.triangle(surface, loop[k], loop[l], centre);
+            if (mirror)
+                builder_.triangle(surface, loop[l], loop[k], centre);
+            else
+                builder_.triangle(surface, loop[k], loop[l], centre);
         }
     }
     const Corner& at(int i, int j) const { return corners_[std::size_t(j) * (columns() + 1) + i]; }
@@ -118,7 +138,9 @@ private:
     std::vector<Corner> corners_;
 };
 
-Vec3d flip(const Vec3d& p, bool mirror) { return mirror ? Vec3d(-p.x(), p.y(), p.z()) : p; }
+Vec3d flip(const Vec3d& p, bool mirror) {
+    return mirror ? Vec3d(-p.x(), p.y(), p.z()) : p;
+}
 
 void remember(Loops& loops, const std::vector<Corner>& ring) {
     loops.rings.emplace_back();
@@ -131,8 +153,11 @@ Vec2d chart_of_front(const HeadSurface& surface, double x, double y) {
     return skin_chart(std::copysign(at[0], x), at[1]);
 }
 
-/// How far along a half loop (0 .. 1 for k of n/2) from one corner to the other: evenly, a little closer at the corners.
-double along(double f) { return mix(f, 0.5 - 0.5 * std::cos(pi * f), 0.45); }
+/// How far along a half loop (0 .. 1 for k of n/2) from one corner to the other: evenly, a little closer at
+/// the corners.
+double along(double f) {
+    return mix(f, 0.5 - 0.5 * std::cos(pi * f), 0.45);
+}
 
 /// Paths from the skin grid to the rim of an opening that arrive at right angles to it.
 struct Path {
@@ -144,14 +169,18 @@ std::vector<Path> paths(const std::vector<Vec2d>& from, const std::vector<Vec2d>
     const int n = static_cast<int>(from.size());
     std::vector<Path> result(n);
     for (int k = 0; k < n; ++k) {
-        const Vec2d back = (to[k] - to[(k + n - 1) % n]).normalized(), on = (to[(k + 1) % n] - to[k]).normalized();
-        const Vec2d tangent = (back + on).normalized();  // counter-clockwise, so the outside lies to its right
-        result[k] = {from[k], to[k] + bend * (from[k] - to[k]).norm() * Vec2d(tangent.y(), -tangent.x()), to[k]};
+        const Vec2d back = (to[k] - to[(k + n - 1) % n]).normalized(),
+                    on = (to[(k + 1) % n] - to[k]).normalized();
+        const Vec2d tangent =
+            (back + on).normalized();  // counter-clockwise, so the outside lies to its right
+        result[k] = {from[k], to[k] + bend * (from[k] - to[k]).norm() * Vec2d(tangent.y(), -tangent.x()),
+                     to[k]};
     }
     return result;
 }
 
-void add_lids(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& builder, const Rect& rect, int side, HeadMesh& head) {
+void add_lids(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& builder, const Rect& rect,
+              int side, HeadMesh& head) {
     const bool mirror = side == 0;
     std::vector<Corner> outer = grid.border(rect, mirror);
     const int n = static_cast<int>(outer.size());
@@ -177,16 +206,20 @@ void add_lids(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& build
             if (r <= HeadMesh::kLidMargin) {
                 const Vec2d xy = path[k].at(double(r) / HeadMesh::kLidMargin);
                 margin[k] = surface.front(xy.x(), xy.y());
-                ring[k] = builder.corner(flip(margin[k], mirror), chart_of_front(surface, mirror ? -xy.x() : xy.x(), xy.y()));
+                ring[k] = builder.corner(flip(margin[k], mirror),
+                                         chart_of_front(surface, mirror ? -xy.x() : xy.x(), xy.y()));
                 continue;
             }
             const int under = r - HeadMesh::kLidMargin;
             const Vec3d d = margin[k] - eye;
             const double radius = d.norm(), skim = surface.proportions().eye_radius + 0.25;
-            const double polar = std::acos(std::clamp(d.z() / radius, -1.0, 1.0)) + (under == 1 ? -0.02 : under == 2 ? 0.12 : 0.4);
+            const double polar = std::acos(std::clamp(d.z() / radius, -1.0, 1.0)) + (under == 1   ? -0.02
+                                                                                     : under == 2 ? 0.12
+                                                                                                  : 0.4);
             const double reach = under == 1 ? std::max(skim, radius - 1.6) : skim + (under == 3 ? 0.35 : 0.1);
             const double xy = std::hypot(d.x(), d.y());
-            const Vec3d p = eye + reach * Vec3d(d.x() / xy * std::sin(polar), d.y() / xy * std::sin(polar), std::cos(polar));
+            const Vec3d p = eye + reach * Vec3d(d.x() / xy * std::sin(polar), d.y() / xy * std::sin(polar),
+                                                std::cos(polar));
             ring[k] = builder.corner(flip(p, mirror), chart[k] + (middle - chart[k]) * (0.16 * under));
         }
         grid.band(Surface::skin, outer, ring, mirror);
@@ -207,18 +240,22 @@ void add_nostril(SkinGrid& grid, HeadMeshBuilder& builder, const Rect& rect, int
     }
     const std::vector<Corner> border = outer;
     // From the grid's rectangle to an oval, then up into the nose.
-    const Vec3d across = (builder.position(border[0].first) - builder.position(border[border.size() / 2].first)).normalized();
+    const Vec3d across =
+        (builder.position(border[0].first) - builder.position(border[border.size() / 2].first)).normalized();
     const Vec3d up(0, 0.93, -0.36);
-    Vec3d deep = (builder.position(border[border.size() / 4].first) - builder.position(border[3 * border.size() / 4].first));
+    Vec3d deep = (builder.position(border[border.size() / 4].first) -
+                  builder.position(border[3 * border.size() / 4].first));
     deep = (deep - deep.dot(across) * across).normalized();
-    constexpr double kRound[] = {0.6, 1, 1, 1}, kScale[] = {1.0, 0.9, 0.8, 0.6}, kDepth[] = {0.0, 0.9, 4.5, 9.0}, kChart[] = {0.8, 0.64, 0.48, 0.3};
+    constexpr double kRound[] = {0.6, 1, 1, 1}, kScale[] = {1.0, 0.9, 0.8, 0.6},
+                     kDepth[] = {0.0, 0.9, 4.5, 9.0}, kChart[] = {0.8, 0.64, 0.48, 0.3};
     for (int r = 0; r < 4; ++r) {
         std::vector<Corner> ring;
         for (const Corner& c : border) {
             const Vec3d flat = builder.position(c.first) - centre;
             const double a = std::atan2(flat.dot(deep) / 3.4, flat.dot(across) / 3.4);
             const Vec3d oval = 3.5 * std::cos(a) * across + 2.9 * std::sin(a) * deep;
-            const Vec3d p = centre + kScale[r] * (0.85 * (1 - kRound[r]) * flat + kRound[r] * oval) + kDepth[r] * up;
+            const Vec3d p =
+                centre + kScale[r] * (0.85 * (1 - kRound[r]) * flat + kRound[r] * oval) + kDepth[r] * up;
             ring.push_back(builder.corner(p, middle + kChart[r] * (builder.uv(c.second) - middle)));
         }
         grid.band(Surface::skin, outer, ring, mirror);
@@ -228,9 +265,10 @@ void add_nostril(SkinGrid& grid, HeadMeshBuilder& builder, const Rect& rect, int
     grid.cap(Surface::skin, outer, builder.corner(centre + 10.0 * up, middle), mirror);
 }
 
-void add_ear(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& builder, const Rect& rect, int side, HeadMesh& head) {
-    // The actor's left ear seen from outside has the face on its left: its loop starts at the greatest column, which is
-    // the back; the loop of ear_point starts in front.
+void add_ear(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& builder, const Rect& rect, int side,
+             HeadMesh& head) {
+    // The actor's left ear seen from outside has the face on its left: its loop starts at the greatest
+    // column, which is the back; the loop of ear_point starts in front.
     const bool mirror = side == 0;
     std::vector<Corner> outer = grid.border(rect, mirror);
     const int n = static_cast<int>(outer.size());
@@ -242,11 +280,13 @@ void add_ear(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& builde
         std::vector<Corner> ring;
         for (int k = 0; k < n; ++k) {
             // Ring by ring from the direction of the grid's vertex to an even spread.
-            const double even = pi - 2 * pi * k / n, seen = ear_angle(flip(builder.position(border[k].first), mirror));
+            const double even = pi - 2 * pi * k / n,
+                         seen = ear_angle(flip(builder.position(border[k].first), mirror));
             const double turn = std::remainder(seen - even, 2 * pi);
             const Vec3d p = ear_point(surface, r, even + turn * std::max(1 - r / 5.0, 0.0));
             const double shrink = 1 - 0.94 * (r + 1.0) / kEarRings;
-            ring.push_back(builder.corner(flip(p, mirror), middle + shrink * (builder.uv(border[k].second) - middle)));
+            ring.push_back(
+                builder.corner(flip(p, mirror), middle + shrink * (builder.uv(border[k].second) - middle)));
         }
         grid.band(Surface::skin, outer, ring, mirror);
         remember(head.ears[side], ring);
@@ -257,13 +297,14 @@ void add_ear(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& builde
     grid.cap(Surface::skin, outer, builder.corner(centre, middle), mirror);
 }
 
-void add_mouth(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& builder, const Rect& rect, HeadMesh& head) {
+void add_mouth(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& builder, const Rect& rect,
+               HeadMesh& head) {
     std::vector<Corner> outer = grid.border(rect, false);
     const int n = static_cast<int>(outer.size()), half = n / 2;
     remember(head.mouth, outer);
     const double w = surface.mouth_half_width(), lips = surface.proportions().lips;
     struct Profile {
-        Vec2d from, border;  // frontal
+        Vec2d from, border;    // frontal
         double x, sign, full;  // place along the lips, +1 upper, -1 lower; 0 at the corners, 1 in the middle
     };
     std::vector<Profile> profiles(n);
@@ -274,8 +315,15 @@ void add_mouth(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& buil
         double x = w * (1 - 2 * along(f));
         if (k == n / 4 || k == n - n / 4) x = 0;
         const double a = std::min(std::abs(x), w);
-        const double y = k % half == 0 ? surface.lip_line(w) : upper ? surface.upper_border(a) : surface.lower_border(a);
-        profiles[k] = {{p.x(), p.y()}, {std::copysign(a + (k % half == 0 ? 0.8 : 0.0), x), y}, x, k % half == 0 ? 0.0 : upper ? 1.0 : -1.0,
+        const double y = k % half == 0 ? surface.lip_line(w)
+                         : upper       ? surface.upper_border(a)
+                                       : surface.lower_border(a);
+        profiles[k] = {{p.x(), p.y()},
+                       {std::copysign(a + (k % half == 0 ? 0.8 : 0.0), x), y},
+                       x,
+                       k % half == 0 ? 0.0
+                       : upper       ? 1.0
+                                     : -1.0,
                        std::pow(std::max(1 - square(a / w), 0.0), 0.8)};
     }
     std::vector<Vec2d> from, to;
@@ -291,17 +339,20 @@ void add_mouth(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& buil
                 ring[k] = builder.corner(front(xy.x(), xy.y()), chart_of_front(surface, xy.x(), xy.y()));
                 continue;
             }
-            // Over the lip: from the border it swells and rolls in to the line where the lips meet, then behind it.
+            // Over the lip: from the border it swells and rolls in to the line where the lips meet, then
+            // behind it.
             const Vec3d edge = front(q.border.x(), q.border.y());
             const double line = surface.lip_line(std::abs(q.x)), line_z = front(q.x, line).z();
-            const double f = double(r - HeadMesh::kLipBorder) / (HeadMesh::kLipContact - HeadMesh::kLipBorder);
+            const double f =
+                double(r - HeadMesh::kLipBorder) / (HeadMesh::kLipContact - HeadMesh::kLipBorder);
             const double height = q.border.y() - line;
             Vec3d p;
             const double swell = (q.sign > 0 ? 3.0 : 4.4) * lips * q.full;
             if (f <= 1) {
                 // Quarter of a rounded rectangle: first forward and on, last straight in.
                 const double y = line + height * (1 - std::pow(f, 1.25)) + q.sign * 0.06 * f;
-                const double z = mix(edge.z(), line_z, f) + swell * (0.72 * std::sin(pi * std::pow(f, 0.85)) + 0.25 * f) -
+                const double z = mix(edge.z(), line_z, f) +
+                                 swell * (0.72 * std::sin(pi * std::pow(f, 0.85)) + 0.25 * f) -
                                  mix(0.4, 1.3, q.full) * std::pow(f, 4);
                 p = {mix(q.border.x(), q.x, f), y, z};
             } else {
@@ -311,8 +362,11 @@ void add_mouth(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& buil
             }
             // The chart opens the line into a slit.
             const double open = std::abs(height) * (0.28 * std::min(f, 1.0) - 0.2 * std::max(f - 1, 0.0));
-            ring[k] = builder.corner(p, chart_of_front(surface, mix(q.border.x(), q.x, std::min(f, 1.4) * (q.sign == 0 ? 0.5 : std::min(1 / f, 1.0))),
-                                                       (f < 1 ? p.y() : line) + q.sign * open));
+            ring[k] = builder.corner(
+                p, chart_of_front(
+                       surface,
+                       mix(q.border.x(), q.x, std::min(f, 1.4) * (q.sign == 0 ? 0.5 : std::min(1 / f, 1.0))),
+                       (f < 1 ? p.y() : line) + q.sign * open));
         }
         grid.band(Surface::skin, outer, ring, false);
         remember(head.mouth, ring);
@@ -322,8 +376,10 @@ void add_mouth(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& buil
     builder.part("mouth");
     const Vec2d disc(0.062, 0.062);
     const double radius = 0.048;
-    constexpr struct { double width, up, down, z, chart; } kBag[] = {
-        {30, 9, 9, 94.5, 0.88}, {33, 18, 17, 90.5, 0.76}, {36, 24, 24, 80, 0.62}, {36, 23, 26, 62, 0.46}, {28, 18, 20, 45, 0.3}, {14, 9, 10, 36, 0.15}};
+    constexpr struct {
+        double width, up, down, z, chart;
+    } kBag[] = {{30, 9, 9, 94.5, 0.88}, {33, 18, 17, 90.5, 0.76}, {36, 24, 24, 80, 0.62},
+                {36, 23, 26, 62, 0.46}, {28, 18, 20, 45, 0.3},    {14, 9, 10, 36, 0.15}};
     const auto angle = [&](int k) { return 2 * pi * k / n; };
     for (Corner& c : outer) {
         const int k = static_cast<int>(&c - outer.data());
@@ -354,11 +410,15 @@ void add_skin(const HeadSurface& surface, HeadMeshBuilder& builder, HeadMesh& he
     const auto even = [](int a, int b) { return (b - a) % 2 == 0 ? b : b + 1; };
     // Mouth: about the midline, an even number of rows so that the corners of the mouth have a vertex.
     const int mi = grid.column_at(38) - grid.middle();
-    const Rect mouth{grid.middle() - mi, grid.middle() + mi, grid.row_at(-93), even(grid.row_at(-93), grid.row_at(-53))};
+    const Rect mouth{grid.middle() - mi, grid.middle() + mi, grid.row_at(-93),
+                     even(grid.row_at(-93), grid.row_at(-53))};
     const double e = HeadProportions{}.eye_x;
-    const Rect eye{grid.column_at(e - 21), grid.column_at(e + 22), grid.row_at(-19), even(grid.row_at(-19), grid.row_at(17))};
-    const Rect nostril{grid.column_at(3.2), grid.column_at(10.5), grid.row_at(-45.8), even(grid.row_at(-45.8), grid.row_at(-41.5))};
-    const Rect ear{grid.column_at(100), grid.column_at(148), grid.row_at(-98), even(grid.row_at(-98), grid.row_at(20))};
+    const Rect eye{grid.column_at(e - 21), grid.column_at(e + 22), grid.row_at(-19),
+                   even(grid.row_at(-19), grid.row_at(17))};
+    const Rect nostril{grid.column_at(3.2), grid.column_at(10.5), grid.row_at(-45.8),
+                       even(grid.row_at(-45.8), grid.row_at(-41.5))};
+    const Rect ear{grid.column_at(100), grid.column_at(148), grid.row_at(-98),
+                   even(grid.row_at(-98), grid.row_at(20))};
     builder.part("skin");
     grid.build({mouth, eye, grid.mirrored(eye), nostril, grid.mirrored(nostril), ear, grid.mirrored(ear)});
     for (int side = 0; side < 2; ++side) {

@@ -11,28 +11,30 @@ namespace mien::samples {
 using Vec3d = Eigen::Vector3d;
 using Vec2d = Eigen::Vector2d;
 
-/// What makes one head differ from another, mm. The origin lies between the eyeball centres in height and depth of the
-/// ear openings; +z out of the face.
+/// What makes one head differ from another, mm. The origin lies between the eyeball centres in height and
+/// depth of the ear openings; +z out of the face.
 struct HeadProportions {
-    double width = 1, jaw = 1, nose = 1, nose_width = 1, lips = 1, mouth = 1, chin = 1, brow = 1, eye_opening = 1;
-    double nose_aside = 0, chin_aside = 0, mouth_tilt = 0, brow_tilt = 0;  ///< what makes left and right differ
-    double eye_x = 31.5;       ///< half the distance of the pupils
+    double width = 1, jaw = 1, nose = 1, nose_width = 1, lips = 1, mouth = 1, chin = 1, brow = 1,
+           eye_opening = 1;
+    double nose_aside = 0, chin_aside = 0, mouth_tilt = 0,
+           brow_tilt = 0;  ///< what makes left and right differ
+    double eye_x = 31.5;   ///< half the distance of the pupils
     double eye_y = 0;
-    double eye_z = 71;       ///< of the eyeball centre
+    double eye_z = 71;         ///< of the eyeball centre
     double eye_radius = 12.5;  ///< of the eyeball
 };
 HeadProportions head_proportions(std::uint64_t seed);
 
-/// The smooth skin without openings: a loft of tilted horizontal sections, with the face sculpted on its front. Mirror
-/// symmetric; every function but skewed() takes the left half (x >= 0, 0 <= phi <= pi).
+/// The smooth skin without openings: a loft of tilted horizontal sections, with the face sculpted on its
+/// front. Mirror symmetric; every function but skewed() takes the left half (x >= 0, 0 <= phi <= pi).
 class HeadSurface {
 public:
     static constexpr double kBottom = -190, kTop = 160;  ///< range of t
 
     explicit HeadSurface(const HeadProportions& proportions);
 
-    /// The loft: phi = 0 front midline, pi back midline; t runs from the neck's end up to the crown, about equal to y
-    /// on the front of the face.
+    /// The loft: phi = 0 front midline, pi back midline; t runs from the neck's end up to the crown, about
+    /// equal to y on the front of the face.
     Vec3d loft(double phi, double t) const;
     /// The loft with the face on it.
     Vec3d skin(double phi, double t) const { return sculpt(loft(phi, t)); }

@@ -35,7 +35,8 @@ TEST(HeadMesh, edges_are_manifold_and_open_only_at_the_neck_under_the_lids_behin
     }
     std::map<std::uint32_t, std::uint32_t> next;
     for (const auto& [edge, count] : directed) {
-        ASSERT_EQ(count, 1) << "edge " << edge.first << "-" << edge.second << " is used twice in one direction";
+        ASSERT_EQ(count, 1) << "edge " << edge.first << "-" << edge.second
+                            << " is used twice in one direction";
         if (!directed.contains({edge.second, edge.first})) {
             ASSERT_FALSE(next.contains(edge.second)) << "two borders meet in vertex " << edge.second;
             next[edge.second] = edge.first;
@@ -54,7 +55,9 @@ TEST(HeadMesh, edges_are_manifold_and_open_only_at_the_neck_under_the_lids_behin
     EXPECT_EQ(loops, 1 + 2 + 2 + 2);
 }
 
-double cross(const Vec2& a, const Vec2& b) { return double(a.x()) * b.y() - double(a.y()) * b.x(); }
+double cross(const Vec2& a, const Vec2& b) {
+    return double(a.x()) * b.y() - double(a.y()) * b.x();
+}
 
 TEST(HeadMesh, texture_triangles_face_up_lie_inside_and_do_not_overlap) {
     for (const std::uint64_t seed : {0, 4}) {
@@ -76,7 +79,9 @@ TEST(HeadMesh, texture_triangles_face_up_lie_inside_and_do_not_overlap) {
                 for (int x = int(low.x()); x <= int(high.x()); ++x) {
                     const Vec2 p((x + 0.5f) / kSize, (y + 0.5f) / kSize);
                     const double inside = 1e-6 * area;  // strictly: neighbours share their edge
-                    if (cross(b - a, p - a) <= inside || cross(c - b, p - b) <= inside || cross(a - c, p - c) <= inside) continue;
+                    if (cross(b - a, p - a) <= inside || cross(c - b, p - b) <= inside ||
+                        cross(a - c, p - c) <= inside)
+                        continue;
                     overlaps += taken[std::size_t(y) * kSize + x]++;
                 }
         }
@@ -93,12 +98,14 @@ TEST(HeadMesh, charts_keep_eight_texels_apart) {
         while (root[i] != i) i = root[i] = root[root[i]];
         return i;
     };
-    for (const Triangle& t : mesh.texcoord_triangles) root[find(t[0])] = find(t[1]), root[find(t[1])] = find(t[2]);
+    for (const Triangle& t : mesh.texcoord_triangles)
+        root[find(t[0])] = find(t[1]), root[find(t[1])] = find(t[2]);
     constexpr int kSize = 1024, kGutter = 8;
     std::vector<std::uint32_t> chart(std::size_t(kSize) * kSize, 0xffffffffu);
     const TexelMap map = make_texel_map(mesh, kSize, kSize);
     for (std::size_t i = 0; i < chart.size(); ++i)
-        if (map.texels[i].triangle != TexelMap::kNone) chart[i] = find(mesh.texcoord_triangles[map.texels[i].triangle][0]);
+        if (map.texels[i].triangle != TexelMap::kNone)
+            chart[i] = find(mesh.texcoord_triangles[map.texels[i].triangle][0]);
     std::set<std::uint32_t> charts;
     int close = 0;
     for (int y = 0; y < kSize; ++y)
@@ -122,7 +129,9 @@ TEST(HeadMesh, the_front_of_the_face_gets_most_of_the_texels) {
     double face = 0, all = 0;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         const Triangle& u = mesh.texcoord_triangles[t];
-        const double area = cross(mesh.texcoords[u[1]] - mesh.texcoords[u[0]], mesh.texcoords[u[2]] - mesh.texcoords[u[0]]) / 2;
+        const double area =
+            cross(mesh.texcoords[u[1]] - mesh.texcoords[u[0]], mesh.texcoords[u[2]] - mesh.texcoords[u[0]]) /
+            2;
         const Vec3 p = mesh.positions.row(mesh.triangles[t][0]).transpose();
         all += area;
         if (surfaces[t] == Surface::skin && p.z() > 0 && p.y() > -115 && p.y() < 65) face += area;
@@ -131,7 +140,8 @@ TEST(HeadMesh, the_front_of_the_face_gets_most_of_the_texels) {
     EXPECT_GT(face / all, 0.5);
 }
 
-// Means and spreads of young adults, both sexes together: Farkas, Anthropometry of the Head and Face (1994), mm.
+// Means and spreads of young adults, both sexes together: Farkas, Anthropometry of the Head and Face (1994),
+// mm.
 TEST(HeadMesh, proportions_are_those_of_people) {
     for (const std::uint64_t seed : {0, 1, 2, 3}) {
         const auto actor = make_procedural_actor(seed);
@@ -141,14 +151,18 @@ TEST(HeadMesh, proportions_are_those_of_people) {
             EXPECT_GE(value, low) << what << ", seed " << seed;
             EXPECT_LE(value, high) << what << ", seed " << seed;
         };
-        within("between the pupils", (m.eye_centre[1] - m.eye_centre[0]).norm(), 56, 70);                 // 60-66
-        within("between inner corners of the eyes", m.upper_lid[1].front().x() - m.upper_lid[0].front().x(), 28, 38);  // 32-33
-        within("length of the fissure", (m.upper_lid[1].front() - m.upper_lid[1].back()).norm(), 26, 34);  // 30-31
-        within("width of the mouth", m.upper_lip_line.back().x() - m.upper_lip_line.front().x(), 44, 60);  // 50-54
+        within("between the pupils", (m.eye_centre[1] - m.eye_centre[0]).norm(), 56, 70);  // 60-66
+        within("between inner corners of the eyes", m.upper_lid[1].front().x() - m.upper_lid[0].front().x(),
+               28, 38);  // 32-33
+        within("length of the fissure", (m.upper_lid[1].front() - m.upper_lid[1].back()).norm(), 26,
+               34);  // 30-31
+        within("width of the mouth", m.upper_lip_line.back().x() - m.upper_lip_line.front().x(), 44,
+               60);  // 50-54
         const double stomion = m.upper_lip_line[m.upper_lip_line.size() / 2].y();
         within("pupil to mouth", m.eye_centre[0].y() - stomion, 62, 78);
         within("glabella to chin", m.glabella.y() - m.chin.y(), 108, 135);
-        within("depth of the nose", m.nose_tip.z() - m.upper_lip_outline[m.upper_lip_outline.size() / 2].z(), 8, 22);
+        within("depth of the nose", m.nose_tip.z() - m.upper_lip_outline[m.upper_lip_outline.size() / 2].z(),
+               8, 22);
         // Landmark or not: breadth and length of the head, over the ears; lowest to highest.
         double breadth = 0, front = -1e9, back = 1e9, top = -1e9;
         for (Eigen::Index v = 0; v < mesh.positions.rows(); ++v) {
@@ -157,10 +171,10 @@ TEST(HeadMesh, proportions_are_those_of_people) {
             if (p.y() > 10) front = std::max<double>(front, p.z()), back = std::min<double>(back, p.z());
             top = std::max<double>(top, p.y());
         }
-        within("breadth of the head", breadth, 138, 165);                        // 144-151
-        within("length of the head", front - back, 178, 206);                    // 187-197
+        within("breadth of the head", breadth, 138, 165);      // 144-151
+        within("length of the head", front - back, 178, 206);  // 187-197
         within("pupil to vertex", top - m.eye_centre[0].y(), 98, 125);
-        within("iris diameters of eyeball", m.eye_radius, 11.5, 13);             // 12-12.5
+        within("iris diameters of eyeball", m.eye_radius, 11.5, 13);  // 12-12.5
         EXPECT_LT(mesh.positions.col(1).minCoeff(), -145) << "a neck";
     }
 }

@@ -40,7 +40,9 @@ int inverted(const Points& points) {
     int count = 0;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         if (surfaces[t] != Surface::eye)
-            count += area_vector(points, mesh.triangles[t]).dot(area_vector(mesh.positions, mesh.triangles[t])) <= 0;
+            count +=
+                area_vector(points, mesh.triangles[t]).dot(area_vector(mesh.positions, mesh.triangles[t])) <=
+                0;
     return count;
 }
 
@@ -68,8 +70,10 @@ TEST(HeadMotion, every_shape_does_something_except_closing_a_closed_mouth_and_st
         Instant instant;
         instant.weights[shape] = 1;
         const float moved = (plain_actor().deform(instant) - rest).rowwise().norm().maxCoeff();
-        if (kArkitNames[shape] == "MouthClose") EXPECT_LT(moved, 0.05f);
-        else EXPECT_GT(moved, 1.0f) << kArkitNames[shape];
+        if (kArkitNames[shape] == "MouthClose")
+            EXPECT_LT(moved, 0.05f);
+        else
+            EXPECT_GT(moved, 1.0f) << kArkitNames[shape];
         EXPECT_LT(moved, 45.f) << kArkitNames[shape];
     }
 }
@@ -82,7 +86,8 @@ TEST(HeadMotion, triangles_keep_their_side_and_their_area_in_every_shape) {
         const Points points = plain_actor().deform(instant);
         // A closed lid folds a few triangles of its unseen inner side in the corner of the eye.
         EXPECT_LE(inverted(points), 10) << kArkitNames[shape];
-        for (const Triangle& t : mesh.triangles) ASSERT_GT(area_vector(points, t).norm(), 0.001f) << kArkitNames[shape];
+        for (const Triangle& t : mesh.triangles)
+            ASSERT_GT(area_vector(points, t).norm(), 0.001f) << kArkitNames[shape];
     }
 }
 
@@ -102,12 +107,15 @@ TEST(HeadMotion, lips_never_cross) {
                                      lower = vertices_of(plain_actor().landmarks().lower_lip_line);
     ASSERT_EQ(upper.size(), lower.size());
     std::mt19937 random(11);
-    std::vector<Instant> instants = {with({}), with({{"MouthShrugLower", 1.f}}), with({{"JawOpen", 1.f}, {"MouthClose", 1.f}}),
-                                     with({{"MouthRollLower", 1.f}, {"MouthRollUpper", 1.f}}), with({{"MouthPressLeft", 1.f}, {"MouthPressRight", 1.f}})};
+    std::vector<Instant> instants = {with({}), with({{"MouthShrugLower", 1.f}}),
+                                     with({{"JawOpen", 1.f}, {"MouthClose", 1.f}}),
+                                     with({{"MouthRollLower", 1.f}, {"MouthRollUpper", 1.f}}),
+                                     with({{"MouthPressLeft", 1.f}, {"MouthPressRight", 1.f}})};
     for (int trial = 0; trial < 40; ++trial) instants.push_back(random_instant(random));
     for (const Instant& instant : instants) {
         const Points points = plain_actor().deform(instant);
-        for (std::size_t i = 1; i + 1 < upper.size(); ++i) ASSERT_GT(points(upper[i], 1) - points(lower[i], 1), 0.02f);
+        for (std::size_t i = 1; i + 1 < upper.size(); ++i)
+            ASSERT_GT(points(upper[i], 1) - points(lower[i], 1), 0.02f);
     }
 }
 
@@ -116,7 +124,8 @@ TEST(HeadMotion, the_mouth_opens_like_a_mouth_and_mouth_close_keeps_it_shut) {
     const std::uint32_t lower = vertices_of(marks.lower_lip_line)[marks.lower_lip_line.size() / 2];
     const auto gap = [&](const Instant& instant) {
         const Points p = plain_actor().deform(instant);
-        return (p.row(vertices_of(marks.upper_lip_line)[marks.upper_lip_line.size() / 2]) - p.row(lower)).norm();
+        return (p.row(vertices_of(marks.upper_lip_line)[marks.upper_lip_line.size() / 2]) - p.row(lower))
+            .norm();
     };
     EXPECT_LT(gap({}), 0.5f);
     EXPECT_GT(gap(with({{"JawOpen", 1.f}})), 22.f);
@@ -129,7 +138,8 @@ TEST(HeadMotion, lids_close_over_the_eye_and_never_cut_it) {
     const Landmarks& marks = plain_actor().landmarks();
     const std::vector<Surface> surfaces = mesh.triangle_surfaces();
     std::mt19937 random(5);
-    std::vector<Instant> instants = {with({}), with({{"EyeBlinkLeft", 1.f}, {"EyeBlinkRight", 1.f}}), with({{"EyeWideLeft", 1.f}}),
+    std::vector<Instant> instants = {with({}), with({{"EyeBlinkLeft", 1.f}, {"EyeBlinkRight", 1.f}}),
+                                     with({{"EyeWideLeft", 1.f}}),
                                      with({{"EyeLookDownLeft", 1.f}, {"EyeLookDownRight", 1.f}})};
     for (int trial = 0; trial < 15; ++trial) instants.push_back(random_instant(random));
     for (const Instant& instant : instants) {
@@ -140,13 +150,15 @@ TEST(HeadMotion, lids_close_over_the_eye_and_never_cut_it) {
                 const Triangle& v = mesh.triangles[t];
                 const Vec3 a = points.row(v[0]), b = points.row(v[1]), c = points.row(v[2]);
                 for (const Vec3& p : {a, Vec3((a + b) / 2), Vec3((a + c) / 2), Vec3((a + b + c) / 3)})
-                    ASSERT_GT((p - marks.eye_centre[side]).norm(), marks.eye_radius) << "skin inside the eyeball";
+                    ASSERT_GT((p - marks.eye_centre[side]).norm(), marks.eye_radius)
+                        << "skin inside the eyeball";
             }
     }
     const Points shut = plain_actor().deform(instants[1]);
     for (int side = 0; side < 2; ++side) {
         const auto upper = vertices_of(marks.upper_lid[side]), lower = vertices_of(marks.lower_lid[side]);
-        for (std::size_t i = 0; i < upper.size(); ++i) EXPECT_LT((shut.row(upper[i]) - shut.row(lower[i])).norm(), 0.6f);
+        for (std::size_t i = 0; i < upper.size(); ++i)
+            EXPECT_LT((shut.row(upper[i]) - shut.row(lower[i])).norm(), 0.6f);
     }
 }
 
@@ -166,7 +178,8 @@ TEST(HeadMotion, eyeballs_turn_by_gaze_or_else_by_weights_about_their_centres) {
     for (const Instant& instant : {by_gaze, by_weights}) {
         const Points points = plain_actor().deform(instant);
         for (int side = 0; side < 2; ++side) {
-            const std::uint32_t pupil = nearest(mesh.positions, marks.eye_centre[side] + Vec3(0, 0, marks.eye_radius));
+            const std::uint32_t pupil =
+                nearest(mesh.positions, marks.eye_centre[side] + Vec3(0, 0, marks.eye_radius));
             const Vec3 r = points.row(pupil).transpose() - marks.eye_centre[side];
             EXPECT_NEAR(r.norm(), marks.eye_radius, 1e-3);
             EXPECT_GT(r.x(), 2.5f) << "towards the actor's left";
@@ -180,14 +193,18 @@ TEST(HeadMotion, the_skull_stays_still_whatever_the_face_does) {
     std::mt19937 random(3);
     for (int trial = 0; trial < 20; ++trial) {
         const Points points = plain_actor().deform(random_instant(random));
-        for (const std::uint32_t v : rigid) ASSERT_LT((points.row(v) - plain_actor().neutral().positions.row(v)).norm(), 0.02f);
+        for (const std::uint32_t v : rigid)
+            ASSERT_LT((points.row(v) - plain_actor().neutral().positions.row(v)).norm(), 0.02f);
     }
 }
 
 TEST(HeadMotion, mirrored_weights_give_the_mirrored_face) {
     const Points& rest = plain_actor().neutral().positions;
     std::map<std::array<int, 3>, std::vector<std::uint32_t>> cells;
-    const auto cell = [](const Vec3& p) { return std::array<int, 3>{int(std::lround(p.x() * 10)), int(std::lround(p.y() * 10)), int(std::lround(p.z() * 10))}; };
+    const auto cell = [](const Vec3& p) {
+        return std::array<int, 3>{int(std::lround(p.x() * 10)), int(std::lround(p.y() * 10)),
+                                  int(std::lround(p.z() * 10))};
+    };
     for (std::uint32_t v = 0; v < rest.rows(); ++v) cells[cell(rest.row(v).transpose())].push_back(v);
     std::vector<std::uint32_t> twin(rest.rows(), ~0u);
     int unmatched = 0;
@@ -204,16 +221,20 @@ TEST(HeadMotion, mirrored_weights_give_the_mirrored_face) {
         if (twin[v] == ~0u) ++unmatched, ADD_FAILURE() << "no mirror image of " << rest.row(v);
     }
     EXPECT_EQ(unmatched, 0);
-    const Points left = plain_actor().deform(with({{"MouthSmileLeft", 0.7f}, {"EyeBlinkLeft", 0.5f}, {"BrowDownLeft", 1.f}, {"JawLeft", 0.5f}}));
-    const Points right = plain_actor().deform(with({{"MouthSmileRight", 0.7f}, {"EyeBlinkRight", 0.5f}, {"BrowDownRight", 1.f}, {"JawRight", 0.5f}}));
+    const Points left = plain_actor().deform(
+        with({{"MouthSmileLeft", 0.7f}, {"EyeBlinkLeft", 0.5f}, {"BrowDownLeft", 1.f}, {"JawLeft", 0.5f}}));
+    const Points right = plain_actor().deform(with(
+        {{"MouthSmileRight", 0.7f}, {"EyeBlinkRight", 0.5f}, {"BrowDownRight", 1.f}, {"JawRight", 0.5f}}));
     for (std::uint32_t v = 0; v < rest.rows(); ++v) {
         if (twin[v] == ~0u) continue;
-        ASSERT_LT((Vec3(-left(v, 0), left(v, 1), left(v, 2)) - right.row(twin[v]).transpose()).norm(), 0.02f) << rest.row(v);
+        ASSERT_LT((Vec3(-left(v, 0), left(v, 1), left(v, 2)) - right.row(twin[v]).transpose()).norm(), 0.02f)
+            << rest.row(v);
     }
 }
 
 TEST(HeadMotion, the_same_seed_gives_the_same_head_and_another_seed_another) {
-    const auto one = make_procedural_actor(5), again = make_procedural_actor(5), other = make_procedural_actor(6);
+    const auto one = make_procedural_actor(5), again = make_procedural_actor(5),
+               other = make_procedural_actor(6);
     const Instant smile = with({{"MouthSmileLeft", 1.f}, {"JawOpen", 0.4f}});
     EXPECT_EQ(one->deform(smile), again->deform(smile));
     ASSERT_EQ(one->neutral().triangles, other->neutral().triangles);
