@@ -11,8 +11,7 @@
 namespace mien::bench {
 namespace {
 
-draco::Mesh mesh_of(const Clip& clip, std::int64_t frame) {
-    draco::Mesh mesh;
+void fill_mesh(draco::Mesh& mesh, const Clip& clip, std::int64_t frame) {
     const auto points = clip.vertices->frame(frame);
     mesh.set_num_points(std::uint32_t(points.rows()));
     draco::GeometryAttribute position;
@@ -24,7 +23,6 @@ draco::Mesh mesh_of(const Clip& clip, std::int64_t frame) {
     }
     for (const Triangle& t : clip.neutral->triangles)
         mesh.AddFace({draco::PointIndex(t[0]), draco::PointIndex(t[1]), draco::PointIndex(t[2])});
-    return mesh;
 }
 
 }  // namespace
@@ -40,8 +38,10 @@ DracoTiming bench_draco(const Clip& clip, double rms, int frames) {
         draco::Encoder encoder;
         encoder.SetSpeedOptions(5, 5);
         encoder.SetAttributeQuantization(draco::GeometryAttribute::POSITION, out.quantisation_bits);
+        draco::Mesh mesh;
+        fill_mesh(mesh, clip, frame);
         draco::EncoderBuffer buffer;
-        if (!encoder.EncodeMeshToBuffer(mesh_of(clip, frame), &buffer).ok()) return out;
+        if (!encoder.EncodeMeshToBuffer(mesh, &buffer).ok()) return out;
         out.bytes_per_frame += double(buffer.size()) / frames;
         double best = 1e300;
         for (int run = 0; run < 3; ++run) {
@@ -49,9 +49,9 @@ DracoTiming bench_draco(const Clip& clip, double rms, int frames) {
             coded.Init(buffer.data(), buffer.size());
             draco::Decoder decoder;
             const auto begin = std::chrono::steady_clock::now();
-            const auto mesh = decoder.DecodeMeshFromBuffer(&coded);
+            const auto decoded = decoder.DecodeMeshFromBuffer(&coded);
             best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-            if (!mesh.ok()) return out;
+            if (!decoded.ok()) return out;
         }
         out.seconds_per_frame += best / frames;
     }
