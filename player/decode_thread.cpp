@@ -37,6 +37,13 @@ DecodeThread::~DecodeThread() {
     thread_.join();
 }
 
+void DecodeThread::start(std::int64_t first_frame) {
+    const std::lock_guard lock(mutex_);
+    restart_ = first_frame;
+    idle_ = false;
+    changed_.notify_all();
+}
+
 void DecodeThread::seek(double seconds, const std::function<void()>& quiet) {
     const std::scoped_lock lock(sound_mutex_, mutex_);
     if (quiet) quiet();
@@ -46,15 +53,16 @@ void DecodeThread::seek(double seconds, const std::function<void()>& quiet) {
     // A hair before the frame's time still means that frame.
     restart_ = std::int64_t(std::floor(seconds * stream_.frame_rate.value() + 1e-6));
     due_ = -1;
+    idle_ = false;
     changed_.notify_all();
 }
 
 void DecodeThread::run() {
-    groups_.restart(0);
     for (;;) {
         std::uint32_t generation = 0;
         {
-            const std::lock_guard lock(mutex_);
+            std::unique_lock lock(mutex_);
+            changed_.wait(lock, [&] { return stopping_ || !idle_; });
             if (stopping_) return;
             if (restart_) groups_.restart(*std::exchange(restart_, std::nullopt));
             generation = generation_;

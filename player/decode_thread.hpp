@@ -19,10 +19,13 @@ class DecodeThread {
 public:
     using SoundSink = std::function<void(decoder::SoundDecoder::Block block)>;
 
-    /// `source` and `stream` outlive it. `on_sound` is called from the decode thread, in order of time.
+    /// `source` and `stream` outlive it. `on_sound` is called from the decode thread, in order of time. Nothing is read until
+    /// start() or seek().
     DecodeThread(net::StreamSource& source, StreamModel& stream, SoundSink on_sound);
     ~DecodeThread();
 
+    /// Begins where the source does; frames before `first_frame` are left out.
+    void start(std::int64_t first_frame = 0);
     /// Goes on from `seconds`: everything decoded is dropped. Between the last block of sound from before and the first from
     /// after, `quiet` is called: the place to empty what the sink has filled.
     void seek(double seconds, const std::function<void()>& quiet = {});
@@ -58,6 +61,7 @@ private:
     JitterBuffer buffer_;
     std::uint32_t generation_ = 0;              // of the source, since the last seek
     std::optional<std::int64_t> restart_;       // first frame wanted by a seek that the thread has not seen
+    bool idle_ = true;                          // until start() or seek()
     bool stopping_ = false;
     bool starved_ = true;
     std::mutex sound_mutex_;                    // held while on_sound_ runs, so that a seek can wait for it

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <mutex>
 #include <optional>
+#include <utility>
 
 #include "core/environment_error.hpp"
 #include "core/picture_measures.hpp"
@@ -37,6 +38,7 @@ private:
     bool wants_png() const { return !options_.output.empty() && !wants_movie(); }
     Result<void> open();
     Result<PlayFrame> next_frame();
+    void go_to(std::int64_t frame);
     Result<PlayFrame> frame_at(std::int64_t frame);
     Result<void> make_picture();
     Result<Sound> fetch_sound();
@@ -61,6 +63,7 @@ private:
     std::optional<media::VideoWriter> movie_;
     std::int64_t first_ = 0, end_ = 0;     // frames wanted, end_ not included
     std::int64_t written_ = 0;             // frames of the movie, at its own rate
+    bool begun_ = false;
     double busy_ = 0;                      // seconds spent on what was received
     std::optional<PictureComparison> likeness_;   // of received and truth pictures
 };
@@ -110,8 +113,14 @@ Result<PlayFrame> HeadlessRun::next_frame() {
     return Error{ErrorCode::truncated, "the stream ended before the last frame that was asked for"};
 }
 
-Result<PlayFrame> HeadlessRun::frame_at(std::int64_t frame) {
+/// Reads from `frame` on. What has not begun yet is begun where the source is, so that nothing is read twice.
+void HeadlessRun::go_to(std::int64_t frame) {
+    if (!std::exchange(begun_, true) && !options_.first_frame && frame == first_) return session_.decode->start(frame);
     session_.decode->seek(double(frame) / session_.stream->frame_rate.value());
+}
+
+Result<PlayFrame> HeadlessRun::frame_at(std::int64_t frame) {
+    go_to(frame);
     return next_frame();
 }
 
@@ -153,7 +162,7 @@ void HeadlessRun::sheet_moment(int moment) {
         const float aspect = float(kTileWidth) / kTileHeight;
         sheet_->place(moment, v, picture(face_->framing(aspect, ContactSheet::kViews[std::size_t(v)]), *sheet_target_));
     }
-    drawn();
+    if (!movie_) drawn();
 }
 
 Result<void> HeadlessRun::make_sheet() {
@@ -198,7 +207,7 @@ Result<void> HeadlessRun::movie_frame(const PlayFrame& frame, render::Target& ta
 Result<Sound> HeadlessRun::fetch_sound() {
     const StreamModel& stream = *session_.stream;
     const double start = double(first_) / stream.frame_rate.value(), end = double(end_) / stream.frame_rate.value();
-    session_.decode->seek(start);
+    go_to(first_);
     const auto over = [&] {
         return sound_.end() >= end || session_.source->status().state == net::SourceState::failed;
     };
@@ -221,7 +230,7 @@ Result<void> HeadlessRun::make_movie() {
     render::Target target(options_.width, options_.height, render::live_smoothing());
     if (truth_) likeness_.emplace(options_.width, options_.height);
 
-    session_.decode->seek(double(first_) / own.value());
+    go_to(first_);
     std::size_t moment = 0;
     for (std::int64_t next = first_; next < end_;) {
         const double start = steady_seconds();

@@ -6,7 +6,9 @@
 namespace mien::player {
 
 Playback::Playback(Session session, std::unique_ptr<SoundOutput> sound, bool loop)
-    : sound_(std::move(sound)), session_(std::move(session)), frame_rate_(session_.stream->frame_rate.value()), loop_(loop) {}
+    : sound_(std::move(sound)), session_(std::move(session)), frame_rate_(session_.stream->frame_rate.value()), loop_(loop) {
+    session_.decode->start();
+}
 
 void Playback::start(double now) {
     clock_.run(now);
@@ -108,7 +110,10 @@ void Playback::toggle_mute() {
     if (sound_) sound_->set_muted(muted_);
 }
 
-double Playback::position(double now) const { return clock_.at(now); }
+double Playback::position(double now) const {
+    const double length = session_.stream->seconds();
+    return length > 0 ? std::clamp(clock_.at(now), 0.0, length) : clock_.at(now);
+}
 
 std::optional<double> Playback::sound_lead(double now) const {
     const auto heard = sound_ ? sound_->heard() : std::nullopt;

@@ -4,6 +4,8 @@
 #include <bit>
 #include <cassert>
 
+#include "render/context.hpp"
+
 namespace mien::render {
 namespace {
 
@@ -31,7 +33,8 @@ void Albedo::allocate(Plane& plane, int width, int height, GLenum format) {
     const int levels = std::bit_width(unsigned(std::max(width, height)));
     const GLuint id = plane.texture.id();
     glTextureStorage2D(id, levels, format, width, height);
-    glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+    // A CPU pays for every sample, and one level is enough where nothing glides away into the distance.
+    glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, is_software_renderer() ? GL_LINEAR_MIPMAP_NEAREST : GL_LINEAR_MIPMAP_LINEAR);
     glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
     glTextureParameteri(id, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
     glTextureParameteri(id, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);

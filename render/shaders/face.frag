@@ -96,16 +96,16 @@ vec3 diffuse(float facing) {
 // A lobe exp(n (cos - 1)) around the half vector: a Blinn-Phong lobe as a spherical Gaussian, one exp2 instead of a pow.
 float lobe(float sharpness, float cosine) { return exp2(1.442695 * sharpness * (cosine - 1.0)); }
 
-float key_visibility() {
-    if (shadows == 0) return 1.0;
-    const vec3 at = vec3(light_place.xy, light_place.z);
+// Part of the key light that arrives. Beyond the terminator light comes through the skin and not past it: the shadow map
+// has no say there, and is not asked.
+float key_visibility(float facing) {
+    if (shadows == 0 || facing <= 0.0) return 1.0;
     const float reach = 1.3 / 768.0;
-    float sum = texture(shadow_map, at);
-    sum += texture(shadow_map, at + vec3(reach, 0.4 * reach, 0));
-    sum += texture(shadow_map, at + vec3(-0.4 * reach, reach, 0));
-    sum += texture(shadow_map, at + vec3(-reach, -0.4 * reach, 0));
-    sum += texture(shadow_map, at + vec3(0.4 * reach, -reach, 0));
-    return sum * 0.2;
+    float sum = texture(shadow_map, light_place + vec3(reach, 0.4 * reach, 0));
+    sum += texture(shadow_map, light_place + vec3(-0.4 * reach, reach, 0));
+    sum += texture(shadow_map, light_place + vec3(-reach, -0.4 * reach, 0));
+    sum += texture(shadow_map, light_place + vec3(0.4 * reach, -reach, 0));
+    return mix(1.0, 0.25 * sum, smoothstep(0.0, 0.3, facing));
 }
 
 // Identity up to 0.8, then a soft shoulder towards 1.
@@ -146,11 +146,15 @@ void main() {
     occlusion *= 1.0 - 0.50 * smoothstep(0.45, 0.90, abs(cavity.x));
 #elif SURFACE == TEETH || SURFACE == MOUTH
     // The deeper behind the front teeth, the less light comes in between the lips.
+    // A painted texture has most of that in it.
+#ifdef ALBEDO_NONE
     occlusion *= mix(0.06, 0.85, smoothstep(-1.0, 0.15, cavity.z));
+#else
+    occlusion *= mix(0.30, 1.0, smoothstep(-1.0, 0.05, cavity.z));
+#endif
 #endif
 
-    // Beyond the terminator light comes through the skin and not past it: the shadow map has no say there.
-    const float visible = mix(1.0, key_visibility(), smoothstep(0.0, 0.3, dot(n, light_towards[0])));
+    const float visible = key_visibility(dot(n, light_towards[0]));
     const vec3 key_shadow = mix(vec3(visible), vec3(sqrt(visible)), vec3(0.6, 0.1, 0.0));
     vec3 light = mix(ground, sky, 0.5 + 0.5 * n.y);
     light += light_colour[0] * diffuse(dot(n, light_towards[0])) * key_shadow;
