@@ -9,34 +9,20 @@ float fade(float t) {
     return t * t * t * (t * (t * 6 - 15) + 10);
 }
 
-// Dot product of `d` with one of the twelve edge directions of a cube.
+// The twelve edge directions of a cube.
+constexpr float kEdges[12][3] = {{1, 1, 0},  {1, -1, 0},  {-1, 1, 0}, {-1, -1, 0}, {1, 0, 1},  {1, 0, -1},
+                                 {-1, 0, 1}, {-1, 0, -1}, {0, 1, 1},  {0, 1, -1},  {0, -1, 1}, {0, -1, -1}};
+
+// A table and no switch: the direction is as good as random, so a branch would be guessed wrongly most times.
 float along_gradient(std::uint32_t hash, float x, float y, float z) {
-    switch (hash % 12) {
-        case 0:
-            return x + y;
-        case 1:
-            return x - y;
-        case 2:
-            return -x + y;
-        case 3:
-            return -x - y;
-        case 4:
-            return x + z;
-        case 5:
-            return x - z;
-        case 6:
-            return -x + z;
-        case 7:
-            return -x - z;
-        case 8:
-            return y + z;
-        case 9:
-            return y - z;
-        case 10:
-            return -y + z;
-        default:
-            return -y - z;
-    }
+    const float* edge = kEdges[hash % 12];
+    return edge[0] * x + edge[1] * y + edge[2] * z;
+}
+
+// Baseline x86-64 rounds down by a function call only.
+int floor_of(float value) {
+    const int truncated = int(value);
+    return truncated - int(value < float(truncated));
 }
 
 }  // namespace
@@ -50,9 +36,8 @@ std::uint32_t lattice_hash(int x, int y, int z, std::uint32_t seed) {
 }
 
 float gradient_noise(const Vec3& p, std::uint32_t seed) {
-    const float fx = std::floor(p.x()), fy = std::floor(p.y()), fz = std::floor(p.z());
-    const int ix = int(fx), iy = int(fy), iz = int(fz);
-    const float x = p.x() - fx, y = p.y() - fy, z = p.z() - fz;
+    const int ix = floor_of(p.x()), iy = floor_of(p.y()), iz = floor_of(p.z());
+    const float x = p.x() - float(ix), y = p.y() - float(iy), z = p.z() - float(iz);
     const float u = fade(x), v = fade(y), w = fade(z);
     const auto corner = [&](int i, int j, int k) {
         return along_gradient(lattice_hash(ix + i, iy + j, iz + k, seed), x - float(i), y - float(j),
@@ -82,7 +67,7 @@ float fractal_noise(const Vec3& p, int octaves, std::uint32_t seed, float gain) 
 }
 
 Cellular cellular_noise(const Vec3& p, std::uint32_t seed) {
-    const int ix = int(std::floor(p.x())), iy = int(std::floor(p.y())), iz = int(std::floor(p.z()));
+    const int ix = floor_of(p.x()), iy = floor_of(p.y()), iz = floor_of(p.z());
     float nearest = 1e9f, second = 1e9f;
     std::uint32_t id = 0;
     for (int k = -1; k <= 1; ++k)
