@@ -66,11 +66,11 @@ void append_to(void* context, void* from, int size) {
 Result<Image> parse_image(ByteView bytes, int channels, bool* had_alpha) {
     assert(channels == 1 || channels == 3);
     MIEN_TRY(size, parse_image_size(bytes));
-    Image image(size.width, size.height, channels);
     int width = 0, height = 0, there = 0;
     const std::unique_ptr<stbi_uc, StbFree> pixels(
         stbi_load_from_memory(as_stb(bytes), int(bytes.size()), &width, &height, &there, channels));
     if (!pixels || width != size.width || height != size.height) return stb_error();
+    Image image(size.width, size.height, channels);
     std::memcpy(image.pixels.data(), pixels.get(), image.pixels.size());
     if (had_alpha) *had_alpha = there == 2 || there == 4;
     return image;
