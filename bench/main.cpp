@@ -5,6 +5,7 @@
 
 #include "bench/inputs.hpp"
 #include "bench/motion_bench.hpp"
+#include "core/environment_error.hpp"
 #include "io/clip_folder.hpp"
 
 namespace {
@@ -12,7 +13,7 @@ namespace {
 using namespace mien;
 
 struct Arguments {
-    std::string clip, ict, take, motion = "auto", presets = "file,live,guenter98";
+    std::string clip, ict, take, write, motion = "auto", presets = "file,live,guenter98";
     double rms = 0.1;
     std::int64_t group = -1, first = 600, count = 600, vertices = 11248;
     bool json = false, draco = true;
@@ -32,6 +33,11 @@ int run(const Arguments& arguments) {
         return 1;
     }
     const Clip& clip = *loaded;
+    if (!arguments.write.empty()) {
+        const auto written = io::write_clip(arguments.write, clip);
+        if (!written) fmt::print(stderr, "mien-bench: {}\n", written.error().message);
+        return written ? 0 : 1;
+    }
     encoder::MotionOptions options;
     options.kind = arguments.motion == "vertices" || (arguments.motion == "auto" && clip.vertices) ? protocol::MotionKind::vertices
                    : arguments.motion == "markers" || (arguments.motion == "auto" && clip.markers)
@@ -87,6 +93,7 @@ int main(int argc, char** argv) {
     app.add_option("--first", arguments.first, "with --ict: first row of the take");
     app.add_option("--count", arguments.count, "with --ict: rows of the take");
     app.add_option("--vertices", arguments.vertices, "with --ict: vertices from the first");
+    app.add_option("--write", arguments.write, "write the clip as a clip folder, and stop");
     app.add_option("--motion", arguments.motion, "vertices, markers or weights");
     app.add_option("--rms", arguments.rms, "error to meet, mm or weight units");
     app.add_option("--group", arguments.group, "frames of a group, 0: the whole clip (default 1 s)");
@@ -98,5 +105,10 @@ int main(int argc, char** argv) {
         fmt::print(stderr, "mien-bench: name a clip folder, or --ict with --take\n");
         return 1;
     }
-    return run(arguments);
+    try {
+        return run(arguments);
+    } catch (const EnvironmentError& error) {
+        fmt::print(stderr, "mien-bench: {}\n", error.what());
+        return 1;
+    }
 }

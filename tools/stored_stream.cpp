@@ -1,38 +1,17 @@
 #include "tools/stored_stream.hpp"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
-#include <deque>
 #include <limits>
 
 #include "decoder/av_sound.hpp"
 #include "decoder/av_texture.hpp"
 #include "decoder/model_decoder.hpp"
+#include "net/stored_stream.hpp"
 
 namespace mien::tools {
 namespace {
 
 using protocol::MotionKind;
 using protocol::TrackKind;
-
-/// An open file that reads at any place without a position of its own.
-class OpenFile {
-public:
-    explicit OpenFile(const std::filesystem::path& path) : fd_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {}
-    ~OpenFile() {
-        if (fd_ >= 0) ::close(fd_);
-    }
-    OpenFile(const OpenFile&) = delete;
-    OpenFile& operator=(const OpenFile&) = delete;
-    int get() const { return fd_; }
-
-private:
-    int fd_;
-};
 
 /// The texture of a stream, decoded group by group as it is read.
 class StreamTexture final : public TextureSource {
@@ -189,26 +168,9 @@ Result<Sound> decode_sound(const StoredStream& stream, const protocol::Track& tr
 }  // namespace
 
 Result<StoredStream> StoredStream::open(const std::filesystem::path& path) {
-    const auto file = std::make_shared<OpenFile>(path);
-    struct stat status {};
-    if (file->get() < 0 || fstat(file->get(), &status) != 0)
-        return Error{ErrorCode::missing, "cannot open '" + path.string() + "': " + std::strerror(errno)};
-    if (!S_ISREG(status.st_mode)) return Error{ErrorCode::invalid, "'" + path.string() + "' is not a file"};
-    const auto read_at = [file, path](std::uint64_t offset, std::span<std::byte> into) -> Result<std::size_t> {
-        std::size_t done = 0;
-        while (done < into.size()) {
-            const ssize_t n = ::pread(file->get(), into.data() + done, into.size() - done, off_t(offset + done));
-            if (n < 0 && errno == EINTR) continue;
-            if (n < 0) return Error{ErrorCode::unavailable, "cannot read '" + path.string() + "': " + std::strerror(errno)};
-            if (n == 0) break;
-            done += std::size_t(n);
-        }
-        return done;
-    };
-    auto reader = protocol::StreamFileReader::open(read_at, std::uint64_t(status.st_size));
-    if (!reader.ok()) return Error{reader.error().code, "'" + path.string() + "': " + reader.error().message};
+    MIEN_TRY(reader, net::open_stored_stream(path));
     StoredStream stream;
-    stream.reader_ = std::make_shared<protocol::StreamFileReader>(std::move(*reader));
+    stream.reader_ = std::make_shared<protocol::StreamFileReader>(std::move(reader));
     for (const protocol::BlobInfo& info : stream.reader_->catalogue().blobs) {
         auto bytes = stream.reader_->blob(info.hash);
         if (!bytes.ok()) return Error{bytes.error().code, "'" + path.string() + "': " + bytes.error().message};
