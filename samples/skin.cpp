@@ -48,7 +48,9 @@ float shade_strength(Surface s) {
         case Surface::cornea:
             return 0.85f;
         case Surface::teeth:
-            return 0.85f;
+            return 0.45f;
+        case Surface::mouth:
+            return 0.75f;
         default:
             return 1;
     }

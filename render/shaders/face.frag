@@ -150,7 +150,7 @@ void main() {
 #ifdef ALBEDO_NONE
     occlusion *= mix(0.06, 0.85, smoothstep(-1.0, 0.15, cavity.z));
 #else
-    occlusion *= mix(0.30, 1.0, smoothstep(-1.0, 0.05, cavity.z));
+    occlusion *= mix(0.55, 1.0, smoothstep(-1.0, 0.05, cavity.z));
 #endif
 #endif
 
