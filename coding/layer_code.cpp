@@ -76,12 +76,14 @@ Result<Blend> decode_blend(ByteView bytes, std::uint32_t V) {
         const std::uint64_t count = in.varint();
         if (!in.ok() || count > std::min<std::uint64_t>(M, kShares)) return damaged("blend");
         std::uint64_t column = 0;
+        int total = 0;
         for (std::uint64_t i = 0; i < count; ++i) {
             const std::uint64_t gap = in.varint();
             if (gap >= M || (i > 0 && gap == 0)) return damaged("blend");
             column += gap;
             const std::uint8_t share = in.u8();
-            if (!in.ok() || column >= M) return damaged("blend");
+            total += share;
+            if (!in.ok() || column >= M || share == 0 || total > kShares) return damaged("blend");
             blend.rows.terms.push_back({std::uint32_t(column), float(share) / kShares});
         }
         blend.rows.row_start.push_back(std::uint32_t(blend.rows.terms.size()));

@@ -1,13 +1,12 @@
 #include "coding/mesh_code.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "coding/integer_model.hpp"
 #include "coding/mesh_traversal.hpp"
+#include "coding/triangle_coder.hpp"
 #include "coding/vertex_values.hpp"
 
 namespace mien::coding {
@@ -18,125 +17,9 @@ constexpr std::uint32_t kMaxVertices = 1u << 22;
 constexpr std::uint32_t kMaxTriangles = 1u << 23;
 constexpr std::size_t kMaxParts = 4096;     // film heads have some dozens
 constexpr std::size_t kMaxPartName = 256;   // bytes
-constexpr int kRecent = 32;                 // edges remembered while coding triangles
-constexpr int kLimit = 255;                 // of the adaptive counts while coding triangles
+constexpr int kLimit = 255;                 // of the adaptive counts while coding texture corners
 
 Error damaged(const char* what) { return {ErrorCode::damaged, std::string("the ") + what + " blob does not decode"}; }
-
-// ---- triangles ----
-
-using Edge = std::array<std::uint32_t, 2>;
-
-/// What both sides know while they walk through the triangles in their stored order. A triangle either continues across
-/// one of the latest edges or starts afresh; a corner is the next unused vertex, a step like the last one, or a number.
-template <class Coder>
-class TriangleCoder {
-public:
-    TriangleCoder(Coder& coder, std::uint32_t V) : coder_(coder), V_(V) {}
-
-    void code(Triangle& t) {
-        std::int32_t hit = 0, rotation = 0;
-        if constexpr (!Coder::kDecodes) find(t, hit, rotation);
-        edges_.code(coder_, hit, {{last_hit_, last_rotation_ * 3 + last_kind_[2]}, 0, 0});
-        if (hit < 0 || hit > int(recent_.size())) return coder_.fail();
-        if (hit > 0) {
-            const Edge edge = recent_[recent_.size() - std::size_t(hit)];
-            rotations_.code(coder_, rotation, {{last_rotation_, std::min(hit, 7)}, 0, 0});
-            if (rotation < 0 || rotation > 2) return coder_.fail();
-            const int r = rotation;
-            if (Coder::kDecodes) {
-                t[r] = edge[1];
-                t[(r + 1) % 3] = edge[0];
-            }
-            corner(t[(r + 2) % 3], edge[0], edge[1], 2);
-            recent_.erase(recent_.end() - hit);
-            remember({t[(r + 1) % 3], t[(r + 2) % 3]});
-            remember({t[(r + 2) % 3], t[r]});
-        } else {
-            corner(t[0], last_[0], last_[1], 0);
-            corner(t[1], t[0], last_[1], 1);
-            corner(t[2], t[1], t[0], 2);
-            for (int i = 0; i < 3; ++i) remember({t[i], t[(i + 1) % 3]});
-        }
-        last_ = t;
-        last_hit_ = std::min(hit, 31);
-        last_rotation_ = rotation;
-    }
-
-private:
-    void find(const Triangle& t, std::int32_t& hit, std::int32_t& rotation) const {
-        for (std::size_t back = 1; back <= recent_.size(); ++back) {
-            const Edge edge = recent_[recent_.size() - back];
-            for (int r = 0; r < 3; ++r)
-                if (t[r] == edge[1] && t[(r + 1) % 3] == edge[0]) {
-                    hit = std::int32_t(back);
-                    rotation = r;
-                    return;
-                }
-        }
-    }
-    void remember(const Edge& edge) {
-        if (recent_.size() == kRecent) recent_.erase(recent_.begin());
-        recent_.push_back(edge);
-    }
-
-    /// One corner, given two known ones. kind: 0 the next unused vertex, 1 as far from `a` as the last corner was from its
-    /// own, 2 one of the latest edges' ends, 3 a number.
-    void corner(std::uint32_t& v, std::uint32_t a, std::uint32_t b, int place) {
-        const std::uint32_t stepped = std::uint32_t(std::int64_t(a) + last_delta_[place]);
-        std::int32_t kind = 3, which = 0;
-        if constexpr (!Coder::kDecodes) {
-            if (v == next_) kind = 0;
-            else if (v == stepped) kind = 1;
-            else if ((which = end_of_recent(v, a, b)) >= 0) kind = 2;
-        }
-        kinds_.code(coder_, kind, {{last_kind_[place], place * 32 + std::min(last_hit_, 31), last_kind_[place] * 4 + before_kind_[place]}, 0, 0});
-        if (kind < 0 || kind > 3) return coder_.fail();
-        if (kind == 2) {
-            whichs_.code(coder_, which, {{place, std::min(last_hit_, 31)}, 0, 0});
-            if (which < 0 || which >= int(recent_.size())) return coder_.fail();
-        }
-        std::int32_t delta = 0;
-        if (kind == 3) {
-            if constexpr (!Coder::kDecodes) delta = std::int32_t(std::int64_t(v) - a);
-            numbers_.code(coder_, delta, {{place, magnitude_level(std::uint32_t(std::abs(last_delta_[place])), 16)}, 0, 0});
-        }
-        if (Coder::kDecodes)
-            v = kind == 0 ? next_ : kind == 1 ? stepped : kind == 2 ? recent_[recent_.size() - 1 - std::size_t(which)][1]
-                                                                    : std::uint32_t(std::int64_t(a) + delta);
-        if (v >= V_) {
-            v = 0;
-            return coder_.fail();
-        }
-        if (kind != 2) last_delta_[place] = std::int32_t(std::int64_t(v) - a);
-        before_kind_[place] = last_kind_[place];
-        last_kind_[place] = kind;
-        if (v >= next_) next_ = v + 1;
-    }
-    std::int32_t end_of_recent(std::uint32_t v, std::uint32_t a, std::uint32_t b) const {
-        if (v == a || v == b) return -1;
-        for (std::size_t i = 0; i < recent_.size(); ++i)
-            if (recent_[recent_.size() - 1 - i][1] == v) return std::int32_t(i);
-        return -1;
-    }
-
-    static IntegerModel model(std::initializer_list<int> contexts) {
-        return IntegerModel(std::vector<int>(contexts), 1, 1, kLimit);
-    }
-
-    Coder& coder_;
-    std::uint32_t V_;
-    std::uint32_t next_ = 0;            ///< the lowest vertex number above all used
-    std::vector<Edge> recent_;          ///< latest last
-    Triangle last_{};
-    int last_hit_ = 0, last_rotation_ = 0;
-    std::array<std::int32_t, 3> last_delta_{};
-    std::array<int, 3> last_kind_{}, before_kind_{};
-    IntegerModel edges_ = model({32, 12}), rotations_ = model({3, 8}), kinds_ = model({4, 96, 16}), whichs_ = model({3, 32}),
-                 numbers_ = model({3, 16});
-};
-
-// ---- values over a mesh ----
 
 void write_coded(ByteWriter& out, RangeEncoder& coder) {
     const Bytes bytes = coder.finish();

@@ -21,8 +21,10 @@ struct Connectivity {
 };
 Result<Connectivity> decode_connectivity(ByteView bytes);
 
+inline constexpr float kMaxSteps = 1 << 24;
+
 /// Positions on a grid of `step` mm, predicted over the mesh, and the parts with their names.
-/// step > 0; |position| / step < 2^24.
+/// step > 0; |position| / step < kMaxSteps.
 Bytes encode_shape(const Mesh& mesh, float step);
 /// Fills positions and parts of a mesh that has its triangles; V must agree with theirs.
 Result<void> decode_shape(ByteView bytes, std::uint32_t V, Mesh& mesh);

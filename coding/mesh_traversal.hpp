@@ -31,7 +31,7 @@ struct Traversal {
 
 Traversal traverse(std::uint32_t V, const std::vector<Triangle>& triangles);
 
-/// Mean of the step's parallelograms, or the nearest known value, per channel, in integers (rounded down).
+/// Mean of the step's parallelograms, or the nearest known value, per channel, rounded to integers.
 /// values: channels integers per vertex; only those of earlier steps are read.
 template <int kChannels>
 std::array<std::int32_t, kChannels> predict(const Traversal& traversal, const TraversalStep& step,
