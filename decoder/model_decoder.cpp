@@ -47,7 +47,20 @@ private:
         return mesh;
     }
 
+    /// Layers build on those before them: one shape, then at most one base shape, then what lies on it.
+    Result<void> place(LayerKind kind) {
+        const bool shape = kind == LayerKind::shape;
+        const bool base = kind == LayerKind::vertex_basis || kind == LayerKind::blend || kind == LayerKind::blendshapes || kind == LayerKind::points;
+        const bool mesh_wanted = kind == LayerKind::vertex_basis || kind == LayerKind::blend || kind == LayerKind::eyes;
+        if ((shape && (has_shape_ || has_base_)) || (base && has_base_) || (kind == LayerKind::points && has_shape_) || (mesh_wanted && !has_shape_))
+            return Error{ErrorCode::damaged, "the model manifest's layers do not build on each other"};
+        has_shape_ |= shape;
+        has_base_ |= base;
+        return {};
+    }
+
     Result<void> add(const Layer& layer) {
+        MIEN_CHECK(place(layer.kind));
         const std::uint32_t V = model_.neutral.vertex_count();
         switch (layer.kind) {
             case LayerKind::shape: {
@@ -102,6 +115,7 @@ private:
 
     const FindBlob& find_;
     model::FaceModel model_;
+    bool has_shape_ = false, has_base_ = false;
 };
 
 }  // namespace

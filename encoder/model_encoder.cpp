@@ -1,5 +1,6 @@
 #include "encoder/model_encoder.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <set>
@@ -24,7 +25,7 @@ public:
     Packer(const Clip& clip, const ModelOptions& options) : clip_(clip), options_(options) {}
 
     Result<EncodedModel> run() {
-        if (clip_.neutral) add_shape();
+        if (clip_.neutral) MIEN_CHECK(add_shape());
         switch (options_.kind) {
             case MotionKind::vertices:
                 if (!clip_.neutral) return Error{ErrorCode::missing, "vertices need a neutral mesh: the clip has none"};
@@ -51,17 +52,38 @@ private:
     }
     void layer(LayerKind kind, std::vector<Hash> blobs) { manifest_.layers.push_back({kind, std::move(blobs)}); }
 
-    void add_shape() {
+    const Bytes& bytes_of(const Hash& hash) const {
+        return std::find_if(out_.blobs.begin(), out_.blobs.end(), [&](const auto& blob) { return blob.hash == hash; })->bytes;
+    }
+
+    /// What a decoder will have: connectivity, shape and texcoords blobs, read back.
+    Result<Mesh> stored_mesh(const std::vector<Hash>& blobs) const {
+        Mesh mesh;
+        MIEN_TRY(connectivity, coding::decode_connectivity(bytes_of(blobs[0])));
+        mesh.triangles = std::move(connectivity.triangles);
+        MIEN_CHECK(coding::decode_shape(bytes_of(blobs[1]), connectivity.V, mesh));
+        if (blobs.size() > 2) MIEN_CHECK(coding::decode_texcoords(bytes_of(blobs[2]), mesh));
+        return mesh;
+    }
+
+    Result<void> check_extent(PointsRef points) const {
+        if (points.size() > 0 && !(points.cwiseAbs().maxCoeff() < options_.step * coding::kMaxSteps))
+            return Error{ErrorCode::invalid, "the neutral face lies too far from the origin for so small an error"};
+        return {};
+    }
+
+    Result<void> add_shape() {
         const Mesh& mesh = *clip_.neutral;
+        MIEN_CHECK(check_extent(mesh.positions));
         std::vector<Hash> blobs = {
             blob(BlobKind::connectivity, coding::encode_connectivity(mesh.vertex_count(), mesh.triangles)),
             blob(BlobKind::shape, coding::encode_shape(mesh, options_.step)),
         };
         if (mesh.has_texcoords()) blobs.push_back(blob(BlobKind::texcoords, coding::encode_texcoords(mesh)));
+        MIEN_TRY(stored, stored_mesh(blobs));
+        out_.model.neutral = std::move(stored);
         layer(LayerKind::shape, std::move(blobs));
-        // What a decoder will have: the same mesh on the grid.
-        out_.model.neutral = mesh;
-        for (float& x : out_.model.neutral.positions.reshaped()) x = options_.step * std::round(x / options_.step);
+        return {};
     }
 
     Result<void> add_markers() {
@@ -69,14 +91,18 @@ private:
             return Error{ErrorCode::missing, "the clip has a neutral mesh but no marker_sites: where on the mesh the markers sit is needed to move it"};
         if (!clip_.neutral) {
             model::PointBase base;
-            base.markers = reference_points(clip_, MotionKind::markers);
-            for (float& x : base.markers.reshaped()) x = options_.step * std::round(x / options_.step);
-            base.triangulation = triangulate_markers(base.markers);
             Mesh mesh;
-            mesh.positions = base.markers;
-            mesh.triangles = base.triangulation;
-            layer(LayerKind::points, {blob(BlobKind::connectivity, coding::encode_connectivity(mesh.vertex_count(), mesh.triangles)),
-                                      blob(BlobKind::shape, coding::encode_shape(mesh, options_.step))});
+            mesh.positions = reference_points(clip_, MotionKind::markers);
+            MIEN_CHECK(check_extent(mesh.positions));
+            mesh.triangles = triangulate_markers(mesh.positions);
+            std::vector<Hash> blobs = {
+                blob(BlobKind::connectivity, coding::encode_connectivity(mesh.vertex_count(), mesh.triangles)),
+                blob(BlobKind::shape, coding::encode_shape(mesh, options_.step)),
+            };
+            MIEN_TRY(stored, stored_mesh(blobs));
+            layer(LayerKind::points, std::move(blobs));
+            base.markers = std::move(stored.positions);
+            base.triangulation = std::move(stored.triangles);
             out_.model.base = std::move(base);
             return {};
         }
@@ -86,11 +112,10 @@ private:
         rows.row_start = base.row_start;
         for (const auto& term : base.terms) rows.terms.push_back({term.marker, term.weight});
         Bytes bytes = coding::encode_blend(base.sites, rows);
-        auto stored = coding::decode_blend(bytes, clip_.neutral->vertex_count());
-        assert(stored.ok());
-        base.row_start = stored->rows.row_start;
+        MIEN_TRY(stored, coding::decode_blend(bytes, clip_.neutral->vertex_count()));
+        base.row_start = stored.rows.row_start;
         base.terms.clear();
-        for (const auto& term : stored->rows.terms) base.terms.push_back({term.column, term.share});
+        for (const auto& term : stored.rows.terms) base.terms.push_back({term.column, term.share});
         for (std::size_t m = 0; m < base.sites.size(); ++m)
             base.markers.row(Eigen::Index(m)) = base.sites[m].position(out_.model.neutral.positions).transpose();
         layer(LayerKind::blend, {blob(BlobKind::blend, std::move(bytes))});
@@ -104,9 +129,8 @@ private:
         if (clip_.neutral && !clip_.blendshapes.empty()) {
             constexpr float kStep = 1.0f / 64;  // mm: two hundred targets at weight 1 would add up to 0.1 mm
             blobs.push_back(blob(BlobKind::blendshapes, coding::encode_blendshapes(clip_.blendshapes, clip_.neutral->triangles, kStep)));
-            base.targets = clip_.blendshapes;
-            for (Blendshape& target : base.targets)
-                for (float& x : target.offsets.reshaped()) x = kStep * float(std::lround(x / kStep));
+            MIEN_TRY(stored, coding::decode_blendshapes(bytes_of(blobs[0]), clip_.neutral->vertex_count(), clip_.neutral->triangles));
+            base.targets = std::move(stored);
         }
         layer(LayerKind::blendshapes, std::move(blobs));
         out_.model.base = std::move(base);

@@ -1,0 +1,138 @@
+#include "coding/layer_code.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "meshes.hpp"
+
+namespace mien::coding {
+namespace {
+
+SparseRows some_rows() {
+    SparseRows rows;
+    rows.row_start = {0};
+    const auto row = [&](std::initializer_list<SparseRows::Term> terms) {
+        rows.terms.insert(rows.terms.end(), terms);
+        rows.row_start.push_back(std::uint32_t(rows.terms.size()));
+    };
+    row({{0, 1.0f}});
+    row({});
+    row({{1, 0.3333f}, {2, 0.3333f}, {5, 0.3334f}});
+    row({{4, 0.001f}, {5, 0.5f}});
+    return rows;
+}
+
+std::vector<Site> some_sites() {
+    return {Site::at_vertex(0), Site::at_vertex(1), Site::at_vertex(2), Site::at_vertex(3), {{0, 1, 2}, {0.25f, 0.5f, 0.25f}}, Site::at_vertex(3)};
+}
+
+TEST(BlendCode, KeepsSitesAndSharesAndTheSumOfEveryRow) {
+    const SparseRows rows = some_rows();
+    const auto back = decode_blend(encode_blend(some_sites(), rows), 4);
+    ASSERT_TRUE(back.ok()) << back.error().message;
+    ASSERT_EQ(back->sites.size(), 6u);
+    EXPECT_EQ(back->sites[4].vertices[1], 1u);
+    EXPECT_EQ(back->sites[4].weights[1], 0.5f);
+    ASSERT_EQ(back->rows.row_start.size(), 5u);
+    for (std::size_t j = 0; j < 4; ++j) {
+        double want = 0, got = 0;
+        for (std::uint32_t i = rows.row_start[j]; i < rows.row_start[j + 1]; ++i) want += rows.terms[i].share;
+        for (std::uint32_t i = back->rows.row_start[j]; i < back->rows.row_start[j + 1]; ++i) got += back->rows.terms[i].share;
+        EXPECT_NEAR(got, want, 0.5 / 255 + 1e-6) << j;
+    }
+    const auto* terms = back->rows.terms.data() + back->rows.row_start[2];
+    ASSERT_EQ(back->rows.row_start[3] - back->rows.row_start[2], 3u);
+    EXPECT_EQ(terms[0].column, 1u);
+    EXPECT_EQ(terms[2].column, 5u);
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(terms[i].share, 1.0 / 3, 1.0 / 255);
+}
+
+TEST(BlendCode, RefusesWhatDoesNotMixTheMarkersOfItsMesh) {
+    const auto blend = [](std::initializer_list<unsigned> row) {
+        ByteWriter out;
+        out.varint(2);  // markers
+        for (int m = 0; m < 2; ++m) {
+            for (int i = 0; i < 3; ++i) out.varint(0);
+            for (float w : {1.f, 0.f, 0.f}) out.f32(w);
+        }
+        out.varint(1);  // vertices
+        for (const unsigned value : row) out.u8(std::uint8_t(value));
+        return decode_blend(out.view(), 1);
+    };
+    EXPECT_TRUE(blend({2, 0, 100, 1, 155}).ok());
+    EXPECT_FALSE(blend({2, 0, 101, 1, 155}).ok()) << "more than all";
+    EXPECT_FALSE(blend({1, 2, 100}).ok()) << "no such marker";
+    EXPECT_FALSE(blend({2, 1, 100, 0, 100}).ok()) << "one marker twice";
+    EXPECT_FALSE(blend({1, 0, 0}).ok()) << "nothing of it";
+    EXPECT_FALSE(blend({1, 0, 9, 7}).ok()) << "bytes behind";
+    EXPECT_FALSE(decode_blend(encode_blend(some_sites(), some_rows()), 3).ok()) << "another mesh";
+}
+
+TEST(BlendshapeCode, KeepsNamesAndOffsetsToTheGrid) {
+    const Mesh mesh = shuffled(sheet(6), 4);
+    std::vector<Blendshape> targets;
+    for (const char* name : {"JawOpen", "", "smile_ÄÖ"}) targets.push_back({name, Points::Random(36, 3) * 12});
+    constexpr float kStep = 1.0f / 64;
+    const auto back = decode_blendshapes(encode_blendshapes(targets, mesh.triangles, kStep), 36, mesh.triangles);
+    ASSERT_TRUE(back.ok()) << back.error().message;
+    ASSERT_EQ(back->size(), 3u);
+    for (std::size_t t = 0; t < 3; ++t) {
+        EXPECT_EQ((*back)[t].name, targets[t].name);
+        EXPECT_LE(((*back)[t].offsets - targets[t].offsets).cwiseAbs().maxCoeff(), kStep / 2);
+    }
+    const auto none = decode_blendshapes(encode_blendshapes({}, mesh.triangles, kStep), 36, mesh.triangles);
+    ASSERT_TRUE(none.ok());
+    EXPECT_TRUE(none->empty());
+}
+
+TEST(EyeCode, KeepsBothOneOrNoEye) {
+    for (int which = 0; which < 4; ++which) {
+        std::array<std::optional<Ball>, 2> eyes;
+        if (which & 1) eyes[0] = Ball{{-31, 0.5f, 80}, {0, 1, 2, 5, 9}};
+        if (which & 2) eyes[1] = Ball{{31, 0.5f, 80}, {3}};
+        const auto back = decode_eyes(encode_eyes(eyes), 10);
+        ASSERT_TRUE(back.ok());
+        for (std::size_t side = 0; side < 2; ++side) {
+            ASSERT_EQ((*back)[side].has_value(), eyes[side].has_value());
+            if (!eyes[side]) continue;
+            EXPECT_EQ((*back)[side]->centre, eyes[side]->centre);
+            EXPECT_EQ((*back)[side]->vertices, eyes[side]->vertices);
+        }
+        EXPECT_EQ(decode_eyes(encode_eyes(eyes), 9).ok(), !(which & 1)) << "vertex 9 is not there";
+    }
+}
+
+TEST(LayerCode, RefusesOrSurvivesDamage) {
+    for_all_damage(encode_blend(some_sites(), some_rows()), [](ByteView bytes, bool cut) {
+        const auto back = decode_blend(bytes, 4);
+        EXPECT_FALSE(cut && back.ok()) << bytes.size();
+        if (!back.ok()) return;
+        for (const auto& term : back->rows.terms) EXPECT_LT(term.column, back->sites.size());
+        EXPECT_EQ(back->rows.row_start.back(), back->rows.terms.size());
+    });
+    const Mesh mesh = sheet(4);
+    const std::vector<Blendshape> targets = {{"a", Points::Random(16, 3) * 5}, {"b", Points::Random(16, 3)}};
+    for_all_damage(encode_blendshapes(targets, mesh.triangles, 1.0f / 64), [&](ByteView bytes, bool cut) {
+        const auto back = decode_blendshapes(bytes, 16, mesh.triangles);
+        EXPECT_FALSE(cut && back.ok()) << bytes.size();
+        if (!back.ok()) return;
+        for (const Blendshape& target : *back) {
+            EXPECT_EQ(target.offsets.rows(), 16);
+            EXPECT_TRUE(target.offsets.allFinite());
+        }
+    });
+    const std::array<std::optional<Ball>, 2> eyes = {Ball{{-31, 0, 80}, {0, 1, 2, 5}}, Ball{{31, 0, 80}, {8, 9}}};
+    for_all_damage(encode_eyes(eyes), [](ByteView bytes, bool cut) {
+        const auto back = decode_eyes(bytes, 10);
+        EXPECT_FALSE(cut && back.ok()) << bytes.size();
+        if (!back.ok()) return;
+        for (const auto& eye : *back) {
+            if (!eye) continue;
+            for (const std::uint32_t v : eye->vertices) EXPECT_LT(v, 10u);
+        }
+    });
+}
+
+}  // namespace
+}  // namespace mien::coding
