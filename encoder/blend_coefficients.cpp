@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numeric>
 
 #include "core/parallel.hpp"
 #include "encoder/slits.hpp"
@@ -274,67 +273,112 @@ private:
         return surface;
     }
 
-    /// Mean height of the connected piece that every vertex belongs to: tells the upper teeth from the lower.
-    std::vector<float> piece_heights() const {
+    /// Heights of the connected piece that a vertex belongs to: they tell the upper teeth from the lower.
+    struct Piece {
+        float mean, low, high;  ///< mm
+    };
+    std::vector<Piece> pieces() const {
         const auto neighbours = vertex_neighbours(mesh_.vertex_count(), mesh_.triangles);
-        std::vector<float> height(mesh_.vertex_count());
+        std::vector<Piece> piece_of(mesh_.vertex_count());
         std::vector<char> seen(mesh_.vertex_count());
         for (std::uint32_t seed = 0; seed < mesh_.vertex_count(); ++seed) {
             if (seen[seed]) continue;
-            std::vector<std::uint32_t> piece{seed};
+            std::vector<std::uint32_t> members{seed};
             seen[seed] = 1;
+            Piece piece{0, 1e9f, -1e9f};
             double sum = 0;
-            for (std::size_t i = 0; i < piece.size(); ++i) {
-                sum += mesh_.positions(piece[i], 1);
-                for (const std::uint32_t n : neighbours[piece[i]])
+            for (std::size_t i = 0; i < members.size(); ++i) {
+                const float y = mesh_.positions(members[i], 1);
+                sum += y;
+                piece.low = std::min(piece.low, y);
+                piece.high = std::max(piece.high, y);
+                for (const std::uint32_t n : neighbours[members[i]])
                     if (!seen[n]) {
                         seen[n] = 1;
-                        piece.push_back(n);
+                        members.push_back(n);
                     }
             }
-            for (const std::uint32_t v : piece) height[v] = float(sum / double(piece.size()));
+            piece.mean = float(sum / double(members.size()));
+            for (const std::uint32_t v : members) piece_of[v] = piece;
         }
-        return height;
+        return piece_of;
     }
 
-    /// Vertices behind the lips mix the nearest points of both lips by rows, from top to bottom of the mouth; the
-    /// lower teeth follow the chin, the upper ones the skull.
+    /// What lies behind the skin hangs on two things: lining (the walls of the mouth, the sockets of the eyes) follows the
+    /// rim of skin that it grows from, the less the deeper it lies (the paper's rows of inner-mouth vertices); all else is
+    /// bone: what belongs to the lower jaw turns with the chin about the hinge, the rest is skull.
     void assign_inner_mouth() {
-        const auto mouth = std::find_if(slits_.begin(), slits_.end(), [](const Slit& s) { return s.mouth; });
-        if (mouth == slits_.end()) return;
-        const int index = int(mouth - slits_.begin());
-        std::vector<std::uint32_t> lips[2];  // lower, upper grid points
-        for (std::uint32_t g = 0; g < grid_.size(); ++g)
-            if (const int kind = outline(grid_[g]); kind == 2 * index + 1 || kind == 2 * index + 2) lips[kind == 2 * index + 1].push_back(g);
-        if (lips[0].empty() || lips[1].empty()) return;
-        const Vec3 centre = mouth->line[mouth->line.size() / 2];
-        const auto nearest = [&](const std::vector<std::uint32_t>& points, const Vec3& p) {
-            return *std::min_element(points.begin(), points.end(), [&](std::uint32_t a, std::uint32_t b) {
-                return (position(grid_[a]) - p).squaredNorm() < (position(grid_[b]) - p).squaredNorm();
-            });
-        };
-        std::vector<std::uint32_t> all(grid_.size());
-        std::iota(all.begin(), all.end(), 0u);
-        const Shares chin = shares_[nearest(all, centre - Vec3(0, 28, 5))];
-
         const std::vector<Surface> surface = vertex_surfaces();
-        const std::vector<float> height = piece_heights();
+        const auto mouth = std::find_if(slits_.begin(), slits_.end(), [](const Slit& s) { return s.mouth; });
+        Shares chin;
+        Vec3 lips = Vec3::Zero(), hinge = Vec3::Zero();
+        if (mouth != slits_.end() && !grid_.empty()) {
+            lips = mouth->line[mouth->line.size() / 2];
+            const Vec3 below = lips - Vec3(0, 28, 5);
+            chin = shares_[std::size_t(std::min_element(grid_.begin(), grid_.end(), [&](std::uint32_t a, std::uint32_t b) {
+                                           return (position(a) - below).squaredNorm() < (position(b) - below).squaredNorm();
+                                       }) - grid_.begin())];
+            hinge = lips - Vec3(0, 0, kHingeBehindLips);
+        }
+        // 0 at the hinge, 1 at the lips: a small turn about the hinge moves by that much of the chin's way.
+        const auto on_jaw = [&](const Vec3& p) { return std::clamp((p.z() - hinge.z()) / kHingeBehindLips, 0.0f, 1.0f); };
+
+        const std::vector<Piece> piece_of = pieces();
+        const std::vector<Rooted> rooted = grow_lining();
         for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v) {
             if (still_[v] || skin_.carries(v)) continue;
-            if (surface[v] == Surface::teeth) {
-                if (height[v] < centre.y()) vertex_shares_[v] = chin;
-            } else if (surface[v] == Surface::mouth) {
-                constexpr std::array<float, 5> kRows = {0.8f, 0.6f, 0.4f, 0.25f, 0.1f};
-                const std::uint32_t upper = nearest(lips[1], position(v)), lower = nearest(lips[0], position(v));
-                constexpr float kHeight = 30;  // mm from the highest to the lowest row
-                const float depth = std::clamp((centre.y() + kHeight / 2 - position(v).y()) / kHeight, 0.0f, 0.999f);
-                const float alpha = kRows[std::size_t(depth * 5)];
-                Shares shares;
-                add_scaled(shares, shares_[upper], alpha);
-                add_scaled(shares, shares_[lower], 1 - alpha);
-                vertex_shares_[v] = shares;
+            const bool lining = surface[v] == Surface::mouth && rooted[v].rim != kStill;
+            if (surface[v] != Surface::teeth && surface[v] != Surface::mouth) continue;
+            // What reaches over both jaws leaves the lower one gradually on its way up; all else belongs to one as a whole.
+            const Piece& piece = piece_of[v];
+            const bool both = lining || (piece.low < lips.y() - kOneJaw && piece.high > lips.y() + kOneJaw);
+            const float lower = both ? std::clamp((lips.y() - position(v).y()) / (2 * kOneJaw) + 0.5f, 0.0f, 1.0f) : float(piece.mean < lips.y());
+            const float skin = lining ? std::exp(-rooted[v].depth * rooted[v].depth / (kLiningDepth * kLiningDepth)) : 0.0f;
+            Shares shares;
+            if (lining) add_scaled(shares, vertex_shares_[rooted[v].rim], skin);
+            add_scaled(shares, chin, (1 - skin) * lower * on_jaw(position(v)));
+            vertex_shares_[v] = shares;
+        }
+    }
+
+    static constexpr float kHingeBehindLips = 90;  // mm; Bonwill's triangle: condyles about 100 mm from the incisors
+    static constexpr float kOneJaw = 10;           // mm above and below the line between the lips
+    static constexpr float kLiningDepth = 14;      // mm along the lining at which it has let go of the skin
+
+    struct Rooted {
+        std::uint32_t rim;  ///< the skin vertex from which the lining grows to here, kStill: not lining
+        float depth;        ///< mm along the lining
+    };
+    std::vector<Rooted> grow_lining() const {
+        constexpr float kTouch = 0.1f;  // mm; linings may be meshes of their own, sewn on
+        const SurfaceDistance lining(mesh_, 1u << int(Surface::mouth));
+        std::vector<std::uint32_t> skin;
+        for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v)
+            if (!vertex_shares_[v].empty() && skin_.carries(v)) skin.push_back(v);
+        std::vector<Rooted> rooted(mesh_.vertex_count(), Rooted{kStill, 0});
+        parallel_for(mesh_.vertex_count(), [&](std::int64_t i) {
+            const auto v = std::uint32_t(i);
+            if (!lining.carries(v)) return;
+            for (const std::uint32_t u : skin)
+                if ((position(u) - position(v)).squaredNorm() < kTouch * kTouch) {
+                    rooted[v].rim = u;
+                    return;
+                }
+        });
+        std::vector<std::pair<std::uint32_t, float>> seeds;
+        for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v)
+            if (rooted[v].rim != kStill) seeds.emplace_back(v, 0.0f);
+        const auto neighbours = vertex_neighbours(mesh_.vertex_count(), mesh_.triangles);
+        for (const auto& r : lining.from(seeds)) {
+            if (rooted[r.vertex].rim != kStill) continue;
+            float best = 1e9f;
+            for (const std::uint32_t u : neighbours[r.vertex]) {
+                if (rooted[u].rim == kStill) continue;
+                const float way = rooted[u].depth + (position(u) - position(r.vertex)).norm();
+                if (way < best) best = way, rooted[r.vertex] = {rooted[u].rim, way};
             }
         }
+        return rooted;
     }
 
     model::BlendBase pack() const {
