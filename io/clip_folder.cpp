@@ -211,6 +211,7 @@ private:
         }
         auto table = take(read_number_table(path));
         if (!table) return;
+        if (table->rows == 0) return problem(ErrorCode::invalid, fmt::format("{} has no frames", sources_.weights));
         // Columns that number the rows are no weights.
         std::vector<std::int64_t> columns;
         std::optional<std::int64_t> time;

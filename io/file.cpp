@@ -77,7 +77,7 @@ OutputFile::~OutputFile() {
 }
 
 void OutputFile::write(ByteView bytes) {
-    if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size()) fail_to_write(path_, errno);
+    if (!bytes.empty() && std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size()) fail_to_write(path_, errno);
 }
 
 void OutputFile::write(std::string_view text) { write(std::as_bytes(std::span(text))); }

@@ -61,10 +61,8 @@ public:
         if (at_ != end_ && *at_ == '+') ++at_;
         const auto [next, error] = std::from_chars(at_, end_, value);
         if (error == std::errc::result_out_of_range) {
-            // A denormal too small for float is zero; what is too large is caught as not finite.
-            double wide = 0;
-            const auto second = std::from_chars(at_, end_, wide);
-            value = second.ec == std::errc() ? static_cast<float>(wide) : 0.0f;
+            // What is too small for float is zero; what is too large is caught as not finite.
+            value = static_cast<float>(parse_double({at_, next}).value_or(0));
         } else if (error != std::errc()) {
             return false;
         }

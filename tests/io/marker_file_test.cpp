@@ -133,7 +133,9 @@ TEST(C3d, RefusesEveryTruncationAndSurvivesEveryDamagedByte) {
             Bytes damaged = whole;
             damaged[i] = std::byte(value);
             const auto take = parse_c3d(damaged);
-            if (take) EXPECT_LE(take->points.xyz.size(), whole.size());
+            if (take) {
+                EXPECT_LE(take->points.xyz.size(), whole.size());
+            }
         }
 }
 

@@ -55,11 +55,13 @@ TEST(Ply, RefusesEveryTruncationAndSurvivesDamage) {
     const Bytes whole = binary_ply(false);
     for (std::size_t n = 0; n < whole.size(); ++n) {
         EXPECT_FALSE(parse_ply(Bytes(whole.begin(), whole.begin() + std::ptrdiff_t(n)))) << n;
-        for (const int value : {0, 255, '9'}) {
+        for (const int value : {0, 255, int('9')}) {
             Bytes damaged = whole;
             damaged[n] = std::byte(value);
             const auto mesh = parse_ply(damaged);
-            if (mesh) EXPECT_LE(mesh->positions.rows(), 200);
+            if (mesh) {
+                EXPECT_LE(mesh->positions.rows(), 200);
+            }
         }
     }
     EXPECT_EQ(parse_ply(view("ply\nformat ascii 1.0\nelement vertex 4000000000000\nproperty float x\nproperty float y\nproperty float z\nend_header\n")).error().code,
@@ -107,11 +109,13 @@ TEST(Gltf, RefusesEveryTruncationAndSurvivesDamage) {
     const Bytes whole = glb();
     for (std::size_t n = 0; n < whole.size(); n += 3) {
         EXPECT_FALSE(parse_gltf(Bytes(whole.begin(), whole.begin() + std::ptrdiff_t(n)))) << n;
-        for (const int value : {0, '9', '}'}) {
+        for (const int value : {0, int('9'), int('}')}) {
             Bytes damaged = whole;
             damaged[n] = std::byte(value);
             const auto file = parse_gltf(damaged);
-            if (file) EXPECT_LE(file->mesh.positions.rows(), 100);
+            if (file) {
+                EXPECT_LE(file->mesh.positions.rows(), 100);
+            }
         }
     }
 }
