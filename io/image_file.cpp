@@ -5,6 +5,7 @@
 #include <climits>
 #include <cstring>
 #include <memory>
+#include <string_view>
 
 #include "core/environment_error.hpp"
 #include "io/file.hpp"
@@ -46,6 +47,21 @@ Error stb_error() {
     return {ErrorCode::damaged, fmt::format("the picture cannot be decoded: {}", reason ? reason : "unknown reason")};
 }
 
+/// The decoder makes room for a PNG chunk before it looks whether the file has one so long.
+Result<void> check_chunks(ByteView bytes) {
+    constexpr std::string_view kPng = "\x89PNG\r\n\x1a\n";
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    if (!text.starts_with(kPng)) return {};
+    for (std::size_t at = kPng.size(); at + 8 <= bytes.size();) {
+        std::uint64_t length = 0;
+        for (std::size_t i = 0; i < 4; ++i) length = length << 8 | std::to_integer<std::uint64_t>(bytes[at + i]);
+        if (text.substr(at + 4, 4) == "IEND") break;
+        if (length + 12 > bytes.size() - at) return Error{ErrorCode::truncated, "the PNG file ends inside a chunk"};
+        at += std::size_t(length) + 12;
+    }
+    return {};
+}
+
 Result<ImageSize> parse_image_size(ByteView bytes) {
     ImageSize size;
     if (bytes.size() > INT_MAX) return Error{ErrorCode::limit_exceeded, "the picture file is larger than 2 GB"};
@@ -66,6 +82,7 @@ void append_to(void* context, void* from, int size) {
 Result<Image> parse_image(ByteView bytes, int channels, bool* had_alpha) {
     assert(channels == 1 || channels == 3);
     MIEN_TRY(size, parse_image_size(bytes));
+    MIEN_CHECK(check_chunks(bytes));
     int width = 0, height = 0, there = 0;
     const std::unique_ptr<stbi_uc, StbFree> pixels(
         stbi_load_from_memory(as_stb(bytes), int(bytes.size()), &width, &height, &there, channels));

@@ -46,6 +46,15 @@ TEST(ImageFile, EveryTruncationIsRefusedOrShort) {
     EXPECT_EQ(read_image(folder / "none.png").error().code, ErrorCode::missing);
 }
 
+TEST(ImageFile, AChunkLongerThanTheFileIsRefusedBeforeRoomIsMadeForIt) {
+    const TemporaryFolder folder;
+    write_image(folder / "a.png", Image(3, 2, 3));
+    auto bytes = read_bytes(folder / "a.png").value();
+    ASSERT_EQ(std::to_integer<char>(bytes[37]), 'I');  // IDAT, its length before it
+    bytes[33] = std::byte(0x3f);                       // 1 GB
+    EXPECT_EQ(parse_image(bytes).error().code, ErrorCode::truncated);
+}
+
 TEST(SoundFile, WavComesBack) {
     const TemporaryFolder folder;
     Sound sound{44100, 2, {}};

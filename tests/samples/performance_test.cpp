@@ -124,7 +124,9 @@ TEST(Performance, WeightsStayInRangeAndTheFaceIsNeverFrozen) {
     for (const Performance& p : {perform_speech(spoken({"m", "a", "f", "u"}), {30, 1}, 12, 5), perform_expressions({30, 1}, 12, 5)})
         for (std::size_t f = 0; f < p.instants.size(); ++f) {
             for (float w : p.instants[f].weights) ASSERT_TRUE(w >= 0 && w <= 1);
-            if (f > 0) ASSERT_NE(p.instants[f].head.translation, p.instants[f - 1].head.translation);
+            if (f > 0) {
+                ASSERT_NE(p.instants[f].head.translation, p.instants[f - 1].head.translation);
+            }
         }
 }
 
