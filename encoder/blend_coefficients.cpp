@@ -106,6 +106,7 @@ private:
                     dot.vertex = v;
                 }
             }
+            marker_vertex_.push_back(dot.vertex);
             if (!dot.seeds.empty()) dots_.push_back(std::move(dot));
         }
         std::vector<float> nearest;
@@ -231,14 +232,27 @@ private:
         int mixed = 0;
         for (const Candidate& c : near_grid_[v]) {
             if (conflict(v, grid_[c.index])) continue;
-            if (c.distance < 1e-3f) return shares_[c.index];
-            const double weight = 1 / (double(c.distance) * c.distance);
+            const double weight = 1 / (double(c.distance) * c.distance + 1e-6);
             add_scaled(shares, shares_[c.index], float(weight));
             total += weight;
             if (++mixed == kMixed) break;
         }
         for (auto& [dot, share] : shares) share = float(share / total);
+        keep_apart(v, shares);
         return shares;
+    }
+
+    /// Grid points beside a slit mix dots from above and below it; where a vertex on one side takes part in one, what comes
+    /// from the other side goes to its own.
+    void keep_apart(std::uint32_t v, Shares& shares) const {
+        double kept = 0, total = 0;
+        for (const auto& [marker, share] : shares) {
+            total += share;
+            if (!conflict(v, marker_vertex_[marker])) kept += share;
+        }
+        if (kept == total || kept <= 0) return;
+        std::erase_if(shares, [&](const auto& term) { return conflict(v, marker_vertex_[term.first]); });
+        for (auto& [marker, share] : shares) share = float(share * total / kept);
     }
 
     void assign_skin() {
@@ -403,6 +417,7 @@ private:
     std::vector<Slit> slits_;
     std::vector<char> still_;                    // V
     std::vector<Dot> dots_;
+    std::vector<std::uint32_t> marker_vertex_;   // of every marker
     float spacing_ = 0;                          // median distance between neighbouring markers, mm
     float reach_ = 0;                            // the face ends that far from the nearest marker, mm
     std::vector<float> to_marker_;               // V
