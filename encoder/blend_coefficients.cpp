@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/parallel.hpp"
+#include "encoder/lining.hpp"
 #include "encoder/slits.hpp"
 #include "encoder/surface_distance.hpp"
 
@@ -287,37 +288,6 @@ private:
         return surface;
     }
 
-    /// Heights of the connected piece that a vertex belongs to: they tell the upper teeth from the lower.
-    struct Piece {
-        float mean, low, high;  ///< mm
-    };
-    std::vector<Piece> pieces() const {
-        const auto neighbours = vertex_neighbours(mesh_.vertex_count(), mesh_.triangles);
-        std::vector<Piece> piece_of(mesh_.vertex_count());
-        std::vector<char> seen(mesh_.vertex_count());
-        for (std::uint32_t seed = 0; seed < mesh_.vertex_count(); ++seed) {
-            if (seen[seed]) continue;
-            std::vector<std::uint32_t> members{seed};
-            seen[seed] = 1;
-            Piece piece{0, 1e9f, -1e9f};
-            double sum = 0;
-            for (std::size_t i = 0; i < members.size(); ++i) {
-                const float y = mesh_.positions(members[i], 1);
-                sum += y;
-                piece.low = std::min(piece.low, y);
-                piece.high = std::max(piece.high, y);
-                for (const std::uint32_t n : neighbours[members[i]])
-                    if (!seen[n]) {
-                        seen[n] = 1;
-                        members.push_back(n);
-                    }
-            }
-            piece.mean = float(sum / double(members.size()));
-            for (const std::uint32_t v : members) piece_of[v] = piece;
-        }
-        return piece_of;
-    }
-
     /// What lies behind the skin hangs on two things: lining (the walls of the mouth, the sockets of the eyes) follows the
     /// rim of skin that it grows from, the less the deeper it lies (the paper's rows of inner-mouth vertices); all else is
     /// bone: what belongs to the lower jaw turns with the chin about the hinge, the rest is skull.
@@ -337,11 +307,14 @@ private:
         // 0 at the hinge, 1 at the lips: a small turn about the hinge moves by that much of the chin's way.
         const auto on_jaw = [&](const Vec3& p) { return std::clamp((p.z() - hinge.z()) / kHingeBehindLips, 0.0f, 1.0f); };
 
-        const std::vector<Piece> piece_of = pieces();
-        const std::vector<Rooted> rooted = grow_lining();
+        const std::vector<Piece> piece_of = connected_pieces(mesh_);
+        std::vector<std::uint32_t> roots;
+        for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v)
+            if (skin_.carries(v) && !vertex_shares_[v].empty()) roots.push_back(v);
+        const std::vector<Rooted> rooted = grow_lining(mesh_, roots);
         for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v) {
             if (still_[v] || skin_.carries(v)) continue;
-            const bool lining = surface[v] == Surface::mouth && rooted[v].rim != kStill;
+            const bool lining = surface[v] == Surface::mouth && rooted[v].rim != kNoRim;
             if (surface[v] != Surface::teeth && surface[v] != Surface::mouth) continue;
             // What reaches over both jaws leaves the lower one gradually on its way up; all else belongs to one as a whole.
             const Piece& piece = piece_of[v];
@@ -358,42 +331,6 @@ private:
     static constexpr float kHingeBehindLips = 90;  // mm; Bonwill's triangle: condyles about 100 mm from the incisors
     static constexpr float kOneJaw = 10;           // mm above and below the line between the lips
     static constexpr float kLiningDepth = 14;      // mm along the lining at which it has let go of the skin
-
-    struct Rooted {
-        std::uint32_t rim;  ///< the skin vertex from which the lining grows to here, kStill: not lining
-        float depth;        ///< mm along the lining
-    };
-    std::vector<Rooted> grow_lining() const {
-        constexpr float kTouch = 0.1f;  // mm; linings may be meshes of their own, sewn on
-        const SurfaceDistance lining(mesh_, 1u << int(Surface::mouth));
-        std::vector<std::uint32_t> skin;
-        for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v)
-            if (!vertex_shares_[v].empty() && skin_.carries(v)) skin.push_back(v);
-        std::vector<Rooted> rooted(mesh_.vertex_count(), Rooted{kStill, 0});
-        parallel_for(mesh_.vertex_count(), [&](std::int64_t i) {
-            const auto v = std::uint32_t(i);
-            if (!lining.carries(v)) return;
-            for (const std::uint32_t u : skin)
-                if ((position(u) - position(v)).squaredNorm() < kTouch * kTouch) {
-                    rooted[v].rim = u;
-                    return;
-                }
-        });
-        std::vector<std::pair<std::uint32_t, float>> seeds;
-        for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v)
-            if (rooted[v].rim != kStill) seeds.emplace_back(v, 0.0f);
-        const auto neighbours = vertex_neighbours(mesh_.vertex_count(), mesh_.triangles);
-        for (const auto& r : lining.from(seeds)) {
-            if (rooted[r.vertex].rim != kStill) continue;
-            float best = 1e9f;
-            for (const std::uint32_t u : neighbours[r.vertex]) {
-                if (rooted[u].rim == kStill) continue;
-                const float way = rooted[u].depth + (position(u) - position(r.vertex)).norm();
-                if (way < best) best = way, rooted[r.vertex] = {rooted[u].rim, way};
-            }
-        }
-        return rooted;
-    }
 
     model::BlendBase pack() const {
         constexpr float kNegligible = 1.0f / 512;  // of a 40 mm jaw stroke: below 0.1 mm

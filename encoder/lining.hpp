@@ -1,0 +1,27 @@
+#pragma once
+
+#include <vector>
+
+#include "core/mesh.hpp"
+
+/// What lies behind the skin: walls that grow from it, and pieces of bone.
+namespace mien::encoder {
+
+/// Heights of the connected piece that a vertex belongs to: they tell the upper teeth from the lower.
+struct Piece {
+    float mean, low, high;  ///< mm
+};
+/// For every vertex, V.
+std::vector<Piece> connected_pieces(const Mesh& mesh);
+
+inline constexpr std::uint32_t kNoRim = 0xffffffffu;
+
+/// Where lining (Surface::mouth: walls of the mouth, sockets of the eyes) grows from.
+struct Rooted {
+    std::uint32_t rim;  ///< the skin vertex from which the lining reaches this one first; kNoRim: not lining
+    float depth;        ///< mm along the lining
+};
+/// For every vertex, V. skin: vertices that lining may grow from; it shares them or is sewn on within 0.1 mm.
+std::vector<Rooted> grow_lining(const Mesh& mesh, const std::vector<std::uint32_t>& skin);
+
+}  // namespace mien::encoder
