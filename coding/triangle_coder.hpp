@@ -113,7 +113,8 @@ private:
         both_ = int(linked_.size());
         const auto append = [&](const Ends& ends) {
             for (std::size_t i = ends.size(); i-- > 0;)
-                if (ends[i] != a && ends[i] != b && std::find(linked_.begin(), linked_.end(), ends[i]) == linked_.end()) linked_.push_back(ends[i]);
+                if (ends[i] != a && ends[i] != b && std::find(linked_.begin(), linked_.end(), ends[i]) == linked_.end())
+                    linked_.push_back(ends[i]);
         };
         append(in);
         if (place == 2) append(out);

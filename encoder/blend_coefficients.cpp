@@ -1,7 +1,6 @@
 #include "encoder/blend_coefficients.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 

@@ -18,8 +18,8 @@ struct BlendOptions {
 
 /// Blend coefficients of every vertex of `neutral` for dots at `sites` (Guenter et al. 1998, section 4.2): dots within
 /// reach on a grid over the face, weighted by 1 / distance, labels above and below the slits kept apart, a ring of still
-/// dots around the face, two smoothing passes. Linings hang on the skin they grow from, lower teeth and tongue on the chin. Vertices in `rigid` and
-/// eyeballs follow the head pose alone. Distances run along the skin, not through the air.
+/// dots around the face, two smoothing passes. Linings hang on the skin they grow from, lower teeth and tongue on the
+/// chin. Vertices in `rigid` and eyeballs follow the head pose alone. Distances run along the skin, not through the air.
 /// Errors: no skin, or fewer than four sites.
 Result<model::BlendBase> blend_coefficients(const Mesh& neutral, const std::vector<Site>& sites,
                                             const std::vector<std::uint32_t>& rigid, const BlendOptions& options = {});
