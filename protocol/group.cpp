@@ -132,7 +132,7 @@ Result<Group> read_group(ByteView body) {
     return std::move(table.group);
 }
 
-Result<Group> parse_cut_group(ByteView body, std::uint64_t full_size) {
+Result<Group> parse_cut_group(ByteView body, [[maybe_unused]] std::uint64_t full_size) {
     assert(body.size() < full_size);
     ByteReader in(body);
     in.u32();
