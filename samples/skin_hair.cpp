@@ -6,10 +6,6 @@
 namespace mien::samples {
 namespace {
 
-float bump(float distance, float radius) {
-    return std::exp(-(distance / radius) * (distance / radius));
-}
-
 Vec3 tangent_part(const Vec3& v, const Vec3& normal) {
     const Vec3 flat = v - v.dot(normal) * normal;
     const float length = flat.norm();

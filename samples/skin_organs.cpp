@@ -4,16 +4,6 @@
 #include "samples/skin_paint.hpp"
 
 namespace mien::samples {
-namespace {
-
-float bump(float distance, float radius) {
-    return std::exp(-(distance / radius) * (distance / radius));
-}
-Vec3 blend(const Vec3& a, const Vec3& b, float t) {
-    return a + t * (b - a);
-}
-
-}  // namespace
 
 Pigment Painter::eyeball(const Vec3& p, float footprint) const {
     const Landmarks& marks = places_.marks();

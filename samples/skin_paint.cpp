@@ -4,16 +4,6 @@
 #include <cmath>
 
 namespace mien::samples {
-namespace {
-
-float bump(float distance, float radius) {
-    return std::exp(-(distance / radius) * (distance / radius));
-}
-Vec3 blend(const Vec3& a, const Vec3& b, float t) {
-    return a + t * (b - a);
-}
-
-}  // namespace
 
 Vec3 skin_albedo(float melanin, float haemoglobin) {
     // Fitted so that (1, 1) is a fair face, sRGB (211, 163, 146); melanin eats blue most, haemoglobin green.

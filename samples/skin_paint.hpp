@@ -1,10 +1,20 @@
 #pragma once
 
+#include <cmath>
+
 #include "samples/skin.hpp"
 #include "samples/skin_places.hpp"
 #include "samples/skin_strokes.hpp"
 
 namespace mien::samples {
+
+/// 1 in the middle, 1/e at `radius`.
+inline float bump(float distance, float radius) {
+    return std::exp(-(distance / radius) * (distance / radius));
+}
+inline Vec3 blend(const Vec3& a, const Vec3& b, float t) {
+    return a + t * (b - a);
+}
 
 /// What the texture knows of one texel before any motion.
 struct Pigment {
