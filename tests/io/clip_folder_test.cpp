@@ -17,10 +17,14 @@
 #include "io/obj.hpp"
 #include "io/sound_file.hpp"
 #include "io/texture_file.hpp"
-#include "tests/io/temporary_folder.hpp"
+#include "tests/recordings.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace mien::io {
 namespace {
+
+using tests::recordings;
+using tests::TemporaryFolder;
 
 namespace fs = std::filesystem;
 

@@ -4,10 +4,12 @@
 
 #include <cmath>
 
-#include "tests/io/temporary_folder.hpp"
+#include "tests/recordings.hpp"
 
 namespace mien::io {
 namespace {
+
+using tests::recordings;
 
 const std::string kHeader = "Timecode,BlendShapeCount,JawOpen,MouthClose,HeadYaw,HeadPitch,HeadRoll,LeftEyeYaw,LeftEyePitch,LeftEyeRoll,RightEyeYaw,"
                             "RightEyePitch,RightEyeRoll\r\n";

@@ -6,10 +6,12 @@
 #include <cmath>
 
 #include "core/byte_io.hpp"
-#include "tests/io/temporary_folder.hpp"
+#include "tests/recordings.hpp"
 
 namespace mien::io {
 namespace {
+
+using tests::recordings;
 
 Result<MarkerTake> parse_csv(std::string_view text) {
     MIEN_TRY(table, parse_number_table(text));

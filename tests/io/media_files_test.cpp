@@ -6,10 +6,12 @@
 #include "io/file.hpp"
 #include "io/image_file.hpp"
 #include "io/sound_file.hpp"
-#include "tests/io/temporary_folder.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace mien::io {
 namespace {
+
+using tests::TemporaryFolder;
 
 TEST(ImageFile, PngComesBackExactlyAndJpegNearly) {
     const TemporaryFolder folder;

@@ -7,10 +7,12 @@
 #include "core/byte_io.hpp"
 #include "io/gltf.hpp"
 #include "io/ply.hpp"
-#include "tests/io/temporary_folder.hpp"
+#include "tests/recordings.hpp"
 
 namespace mien::io {
 namespace {
+
+using tests::recordings;
 
 ByteView view(std::string_view text) { return std::as_bytes(std::span(text)); }
 

@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/io/temporary_folder.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace mien::io {
 namespace {
+
+using tests::TemporaryFolder;
 
 /// A version 1 file around a header dictionary and the array's bytes.
 Bytes npy(std::string_view dictionary, std::string_view array) {

@@ -6,10 +6,14 @@
 
 #include "io/file.hpp"
 #include "io/surface_names.hpp"
-#include "tests/io/temporary_folder.hpp"
+#include "tests/recordings.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace mien::io {
 namespace {
+
+using tests::recordings;
+using tests::TemporaryFolder;
 
 TEST(Obj, PolygonsBecomeFansInPlaceAndIndicesMayCountBack) {
     const auto mesh = parse_obj(

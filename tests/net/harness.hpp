@@ -3,8 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <cstdio>
-#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <mutex>
@@ -16,6 +14,7 @@
 #include "net/client.hpp"
 #include "net/server.hpp"
 #include "sample_stream.hpp"
+#include "tests/temporary_folder.hpp"
 
 /// What the network tests stand on: a folder of streams, a served one, and plain blocking sockets.
 namespace mien::net::harness {
@@ -25,22 +24,13 @@ using protocol::sample::Stream;
 
 constexpr auto kPatience = 20s;  // far above what anything takes, also under a sanitizer on a busy machine
 
-/// A folder of its own that goes with the test.
-class Folder {
+/// A folder that streams are put into.
+class Folder : public tests::TemporaryFolder {
 public:
-    Folder() {
-        std::string pattern = (std::filesystem::temp_directory_path() / "mien-net-XXXXXX").string();
-        path_ = ::mkdtemp(pattern.data());
-    }
-    ~Folder() { std::filesystem::remove_all(path_); }
-    const std::filesystem::path& path() const { return path_; }
     void write(const std::string& name, const Bytes& bytes) const {
-        std::ofstream out(path_ / name, std::ios::binary);
+        std::ofstream out(path() / name, std::ios::binary);
         out.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
     }
-
-private:
-    std::filesystem::path path_;
 };
 
 /// Waits until `done` says so; false when patience ends.

@@ -12,7 +12,7 @@ namespace {
 
 /// A stream in memory: its model ready, its groups at hand.
 struct Opened {
-    Folder folder;
+    TemporaryFolder folder;
     encoder::EncodedStream encoded;
     std::unique_ptr<net::StreamSource> source;
     std::unique_ptr<StreamModel> stream;

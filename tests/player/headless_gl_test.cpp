@@ -33,7 +33,7 @@ protected:
         return image.ok() ? *image : Image(1, 1, 3);
     }
 
-    Folder folder_;
+    TemporaryFolder folder_;
     Options options_;
 };
 

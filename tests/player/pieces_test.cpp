@@ -17,7 +17,7 @@ namespace mien::player {
 namespace {
 
 TEST(Screenshot, NeverTakesANameThatExists) {
-    const Folder folder;
+    const TemporaryFolder folder;
     std::ofstream(folder.path() / "mien-0001.png") << "mine";
     const auto first = claim_screenshot(folder.path()), second = claim_screenshot(folder.path());
     EXPECT_EQ(first.filename(), "mien-0002.png");

@@ -40,7 +40,7 @@ protected:
         return numbers;
     }
 
-    Folder folder_;
+    TemporaryFolder folder_;
     std::unique_ptr<Playback> playback_;
     double now_ = 1000;
 };
@@ -131,7 +131,7 @@ TEST_F(PlaybackTest, ASeekStormEndsWhereItWasSentLast) {
 }
 
 TEST(OpenSession, SaysWhatIsWrongWithAFileThatIsNone) {
-    const Folder folder;
+    const TemporaryFolder folder;
     std::ofstream(folder.path() / "x.mien") << "this is no stream";
     const auto session = open_session((folder.path() / "x.mien").string(), {});
     ASSERT_FALSE(session.ok());

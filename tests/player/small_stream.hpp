@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -9,6 +8,7 @@
 #include "encoder/stream_encoder.hpp"
 #include "protocol/stream_file.hpp"
 #include "tests/render/test_models.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace mien::player {
 
@@ -55,24 +55,11 @@ inline encoder::EncodedStream small_stream(bool texture = true, bool sound = tru
     return std::move(*stream);
 }
 
-/// A folder that goes away with the test.
-class Folder {
-public:
-    Folder() {
-        std::string name = (std::filesystem::temp_directory_path() / "mien_player_XXXXXX").string();
-        if (!mkdtemp(name.data())) throw std::runtime_error("no temporary folder");
-        path_ = name;
-    }
-    ~Folder() { std::filesystem::remove_all(path_); }
-    const std::filesystem::path& path() const { return path_; }
-
-private:
-    std::filesystem::path path_;
-};
+using tests::TemporaryFolder;
 
 /// Writes the stream as a stored file and names it.
-inline std::string store(const encoder::EncodedStream& stream, const Folder& folder) {
-    const std::filesystem::path path = folder.path() / "ball.mien";
+inline std::string store(const encoder::EncodedStream& stream, const TemporaryFolder& folder) {
+    const std::filesystem::path path = folder / "ball.mien";
     std::ofstream file(path, std::ios::binary);
     protocol::StreamFileWriter writer(
         [&](ByteView bytes) { file.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size())); },

@@ -5,7 +5,7 @@
 #include <set>
 
 #include "io/obj.hpp"
-#include "recordings.hpp"
+#include "tests/recordings.hpp"
 
 namespace mien::samples {
 namespace {
@@ -13,7 +13,7 @@ namespace {
 class IctHead : public testing::Test {
 protected:
     void SetUp() override {
-        folder_ = recordings() / "ict_facekit";
+        folder_ = tests::recordings() / "ict_facekit";
         if (!std::filesystem::exists(folder_ / "generic_neutral_mesh.obj")) GTEST_SKIP() << "skipped: no ICT-FaceKit here";
         if (actor_) return;
         auto made = make_ict_actor(folder_);

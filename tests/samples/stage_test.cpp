@@ -9,12 +9,14 @@
 #include "io/clip_folder.hpp"
 #include "io/file.hpp"
 #include "io/sound_file.hpp"
-#include "recordings.hpp"
 #include "samples/skin.hpp"
 #include "samples/speech.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace mien::samples {
 namespace {
+
+using tests::TemporaryFolder;
 
 /// A take at 60 Hz: frame f has JawOpen f / 100; frame 3 was dropped. The head turns to the right, the eyes look down.
 std::string take() {

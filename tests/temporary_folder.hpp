@@ -2,26 +2,20 @@
 
 #include <stdlib.h>
 
-#include <cstdlib>
+#include <cerrno>
 #include <filesystem>
 #include <string>
+#include <system_error>
 
-namespace mien::samples {
-
-/// Where recordings from outside the repository lie, or empty.
-inline std::filesystem::path recordings() {
-    namespace fs = std::filesystem;
-    if (const char* named = std::getenv("MIEN_DATA")) return named;
-    const fs::path beside = fs::path(MIEN_SOURCE_DIR) / "../shared/data";
-    return fs::exists(beside) ? beside : fs::path();
-}
+namespace mien::tests {
 
 /// A new folder of its own, gone with its content at the end of the test.
 class TemporaryFolder {
 public:
     TemporaryFolder() {
-        std::string name = (std::filesystem::temp_directory_path() / "mien_samples_XXXXXX").string();
-        path_ = mkdtemp(name.data());
+        std::string name = (std::filesystem::temp_directory_path() / "mien_test_XXXXXX").string();
+        if (!mkdtemp(name.data())) throw std::system_error(errno, std::generic_category(), name);
+        path_ = name;
     }
     TemporaryFolder(const TemporaryFolder&) = delete;
     TemporaryFolder& operator=(const TemporaryFolder&) = delete;
@@ -29,10 +23,11 @@ public:
         std::error_code ignored;
         std::filesystem::remove_all(path_, ignored);
     }
+    const std::filesystem::path& path() const { return path_; }
     std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
 
 private:
     std::filesystem::path path_;
 };
 
-}  // namespace mien::samples
+}  // namespace mien::tests
