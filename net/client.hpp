@@ -1,12 +1,10 @@
 #pragma once
 
 #include <memory>
-#include <vector>
 
 #include "net/blob_cache.hpp"
 #include "net/source.hpp"
 #include "net/url.hpp"
-#include "protocol/messages.hpp"
 
 namespace mien::net {
 
@@ -34,9 +32,5 @@ private:
     struct State;
     std::unique_ptr<State> state_;
 };
-
-/// What a server offers, by name. Blocks up to `timeout`.
-Result<std::vector<protocol::StreamEntry>> list_streams(const Url& url,
-                                                        std::chrono::milliseconds timeout = std::chrono::seconds(5));
 
 }  // namespace mien::net

@@ -31,10 +31,6 @@ Clock::duration seconds_of(double seconds) {
     return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(std::clamp(seconds, 0.0, 3600.0)));
 }
 
-std::uint64_t clock_us() {
-    return std::uint64_t(std::chrono::duration_cast<std::chrono::microseconds>(Clock::now().time_since_epoch()).count());
-}
-
 /// A name for the log: whatever a viewer sends, a line stays a line.
 std::string printable(const std::string& text) {
     std::string out;

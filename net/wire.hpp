@@ -12,6 +12,11 @@ namespace mien::net {
 
 using Clock = std::chrono::steady_clock;
 
+/// The clock of PING and PONG, microseconds.
+inline std::uint64_t clock_us() {
+    return std::uint64_t(std::chrono::duration_cast<std::chrono::microseconds>(Clock::now().time_since_epoch()).count());
+}
+
 /// A message as it came, not yet parsed.
 struct RawMessage {
     std::uint8_t type = 0;

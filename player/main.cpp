@@ -5,7 +5,7 @@
 
 #include "core/environment_error.hpp"
 #include "net/blob_cache.hpp"
-#include "net/client.hpp"
+#include "net/stream_list.hpp"
 #include "player/headless.hpp"
 #include "player/options.hpp"
 #include "player/window.hpp"

@@ -13,6 +13,7 @@
 #include "core/environment_error.hpp"
 #include "net/client.hpp"
 #include "net/server.hpp"
+#include "net/stream_list.hpp"
 #include "sample_stream.hpp"
 #include "tests/temporary_folder.hpp"
 

@@ -1,0 +1,90 @@
+#include <fmt/format.h>
+
+#include <asio/co_spawn.hpp>
+#include <asio/detached.hpp>
+
+#include "net/client_state.hpp"
+
+/// From a socket to a stream that plays: HELLO and OPEN, HEADER and CATALOGUE, the static blobs that are not here yet.
+namespace mien::net {
+
+asio::awaitable<Lost> Client::State::connect_and_play() {
+    connection = std::make_shared<Connection>(asio::ip::tcp::socket(io));
+    const ConnectionPtr c = connection;
+    asio::co_spawn(io, watch(c), asio::detached);
+
+    if (const auto failed = co_await connect(c, url)) co_return *failed;
+    asio::co_spawn(io, write(c), asio::detached);
+
+    if (const auto failed = co_await handshake(c)) co_return *failed;
+    if (const auto failed = co_await fetch_blobs(c)) co_return *failed;
+    connected_once = true;
+    attempts = 0;
+    {
+        const std::lock_guard lock(mutex);
+        ready = true;
+    }
+    begin_play(*c);
+    set_status(SourceState::playing);
+    co_return co_await receive(c);
+}
+
+asio::awaitable<std::optional<Lost>> Client::State::handshake(ConnectionPtr c) {
+    c->send(protocol::Hello{protocol::kVersion, options.software});
+    c->send(protocol::Open{url.name});
+    auto hello = co_await read(c);
+    // A server of another version, or no mien server at all, stays what it is however often we ask.
+    if (!hello) co_return Lost{lost(*c, hello.error()).reason, hello.error().code != ErrorCode::unavailable};
+    if (!std::holds_alternative<protocol::Hello>(*hello)) co_return unexpected(*hello, "HELLO");
+    auto first = co_await read(c);
+    if (!first) co_return Lost{lost(*c, first.error()).reason, first.error().code != ErrorCode::unavailable};
+    if (!std::holds_alternative<protocol::StreamHeader>(*first)) co_return unexpected(*first, "HEADER");
+    auto second = co_await read(c);
+    if (!second) co_return Lost{lost(*c, second.error()).reason, second.error().code != ErrorCode::unavailable};
+    if (!std::holds_alternative<protocol::Catalogue>(*second)) co_return unexpected(*second, "CATALOGUE");
+
+    Bytes now = protocol::encode(*first);
+    const Bytes rest = protocol::encode(*second);
+    now.insert(now.end(), rest.begin(), rest.end());
+    if (!identity.empty() && identity != now)
+        co_return Lost{fmt::format("the stream '{}' has become another one on the server; open it again", url.name), true};
+    if (identity.empty()) {
+        identity = std::move(now);
+        const std::lock_guard lock(mutex);
+        header = std::get<protocol::StreamHeader>(std::move(*first));
+        catalogue = std::get<protocol::Catalogue>(std::move(*second));
+    }
+    co_return std::nullopt;
+}
+
+asio::awaitable<std::optional<Lost>> Client::State::fetch_blobs(ConnectionPtr c) {
+    protocol::Want missing;
+    for (const protocol::BlobInfo& info : catalogue.blobs) {
+        if (blobs.contains(info.hash)) continue;
+        std::optional<Bytes> kept = options.cache ? options.cache->find(info.hash) : std::nullopt;
+        if (!kept) {
+            missing.hashes.push_back(info.hash);
+            continue;
+        }
+        const std::lock_guard lock(mutex);
+        blobs[info.hash] = std::move(*kept);
+        ++statistics.blobs_from_cache;
+    }
+    if (missing.hashes.empty()) co_return std::nullopt;
+    c->send(missing);
+    for (std::size_t b = 0; b < missing.hashes.size();) {
+        auto message = co_await read(c);
+        if (!message) co_return Lost{lost(*c, message.error()).reason, message.error().code != ErrorCode::unavailable};
+        if (std::holds_alternative<protocol::Pong>(*message)) continue;
+        auto* blob = std::get_if<protocol::StaticBlob>(&*message);
+        if (!blob || blob->hash != missing.hashes[b]) co_return unexpected(*message, "the static blob it was asked for");
+        if (options.cache) options.cache->store(blob->hash, blob->bytes);
+        const std::lock_guard lock(mutex);
+        blobs[blob->hash] = std::move(blob->bytes);
+        ++statistics.blobs_fetched;
+        ++b;
+    }
+    co_return std::nullopt;
+}
+
+}  // namespace mien::net

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <asio/io_context.hpp>
+#include <condition_variable>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <random>
+#include <thread>
+
+#include "net/client.hpp"
+#include "net/connection.hpp"
+
+/// What a client is made of: its wishes, its connection, what has arrived. Internal to this room.
+namespace mien::net {
+
+struct Client::State {
+    State(Url u, SourceOptions o) : url(std::move(u)), options(std::move(o)), space(io), pause_timer(io) {}
+
+    const Url url;
+    const SourceOptions options;
+    asio::io_context io{1};
+    asio::steady_timer space;        ///< wakes the reader when the queue has room
+    asio::steady_timer pause_timer;  ///< back-off, and waiting for a seek after the end
+    std::thread thread;
+
+    // On the io thread only.
+    ConnectionPtr connection;
+    bool stopping = false;
+    bool connected_once = false;
+    bool waiting_for_seek = false;   ///< the stream has ended and so has the connection
+    int attempts = 0;                ///< failed ones in a row
+    std::mt19937 random{std::random_device{}()};
+    Bytes identity;                  ///< HEADER and CATALOGUE as bytes: after a reconnect they must be the same
+    std::optional<std::uint32_t> serving;  ///< generation that the server now answers
+
+    /// What the player asked for; `sent` fields follow it on the io thread.
+    struct Wish {
+        std::uint32_t generation = 0;
+        double seek = 0;             ///< seconds, of this generation
+        double rate = 1;
+        bool paused = false;
+        std::uint64_t slots = ~std::uint64_t(0);
+    };
+    Wish sent;
+
+    mutable std::mutex mutex;        ///< of everything below
+    std::condition_variable changed;
+    Wish wish;
+    SourceStatus status;
+    SourceStatistics statistics;
+    bool ready = false;
+    protocol::StreamHeader header;
+    protocol::Catalogue catalogue;
+    std::map<Hash, Bytes> blobs;
+    struct Waiting {
+        Arrival arrival;
+        std::uint64_t bytes = 0;     ///< of its message
+    };
+    std::deque<Waiting> queue;
+    std::uint64_t queued = 0;        ///< sum of their bytes
+    bool end_queued = false;
+    // How far this generation has come: what a reconnect goes on from, and what must not come twice.
+    std::optional<std::uint32_t> last_group;
+    std::uint64_t last_slots = 0;    ///< of last_group
+    double last_start = 0;           ///< seconds
+
+    asio::awaitable<void> run();
+    asio::awaitable<Lost> connect_and_play();
+    asio::awaitable<std::optional<Lost>> handshake(ConnectionPtr c);
+    asio::awaitable<std::optional<Lost>> fetch_blobs(ConnectionPtr c);
+    asio::awaitable<Lost> receive(ConnectionPtr c);
+    asio::awaitable<void> write(ConnectionPtr c);
+    asio::awaitable<void> watch(ConnectionPtr c);
+    asio::awaitable<Result<RawMessage>> read_raw(ConnectionPtr c);
+    asio::awaitable<Result<protocol::Message>> read(ConnectionPtr c);
+    void note_pong(const protocol::Message& message);
+    void begin_play(Connection& c);
+    void send_wishes(Connection& c);
+    void take_group(protocol::Group group, std::uint64_t bytes);
+    void set_status(SourceState state, std::string reason = {});
+    void stop();
+    template <class Change>
+    void tell(Change change);
+
+    Lost lost(const Connection& c, const Error& why) const { return {c.closed ? c.reason : why.message, false}; }
+    bool ended() const {
+        const std::lock_guard lock(mutex);
+        return end_queued;
+    }
+    double start_of(const protocol::Group& group) const;
+    bool visual(std::uint8_t slot) const;
+};
+
+}  // namespace mien::net
