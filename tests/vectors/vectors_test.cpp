@@ -35,8 +35,9 @@ void write_when_asked() {
 TEST(Vectors, AreMadeAgainByteForByte) {
     write_when_asked();
     for (const Vector& vector : make_vectors()) {
-        EXPECT_TRUE(read_file(folder() / vector.file) == vector.bytes)
-            << vector.file << " differs from what this build writes: has the format changed?";
+        if (vector.made_again)
+            EXPECT_TRUE(read_file(folder() / vector.file) == vector.bytes)
+                << vector.file << " differs from what this build writes: has the format changed?";
         EXPECT_LT(vector.bytes.size(), 8000u);
     }
 }
@@ -63,6 +64,17 @@ TEST(Vectors, ReadAsTheyMust) {
         EXPECT_EQ(objects, vector.objects) << vector.file;
         EXPECT_EQ(lost, vector.lost_groups) << vector.file;
         for (const protocol::BlobInfo& blob : reader->catalogue().blobs) EXPECT_TRUE(reader->blob(blob.hash).ok()) << vector.file;
+        if (!vector.stream) continue;
+        ASSERT_EQ(reader->catalogue().blobs.size(), vector.stream->blobs.size()) << vector.file;
+        for (const protocol::StaticBlob& blob : vector.stream->blobs) {
+            const auto read = reader->blob(blob.hash);
+            EXPECT_TRUE(read.ok() && *read == blob.bytes) << vector.file;
+        }
+        ASSERT_EQ(reader->index().size(), vector.stream->groups.size()) << vector.file;
+        for (std::size_t g = 0; g < vector.stream->groups.size(); ++g) {
+            const auto group = reader->read_group(reader->index()[g]);
+            EXPECT_TRUE(group.ok() && protocol::sample::same(*group, vector.stream->groups[g])) << vector.file << " group " << g;
+        }
     }
 }
 
