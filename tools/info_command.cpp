@@ -27,19 +27,9 @@ struct ByteSplit {
 
 /// Shares of coefficients and pose in the motion objects, by ideal code lengths of a decode.
 Result<double> pose_share(const StoredStream& stream) {
-    const protocol::Track* track = stream.track(TrackKind::motion);
     MIEN_TRY(model, stream.model());
     MIEN_TRY(decoder, stream.motion_decoder(model));
-    for (const auto& entry : stream.reader().index()) {
-        if (entry.slot != track->rungs.front().slot) continue;
-        MIEN_TRY(group, stream.reader().read_group(entry));
-        decoder.begin_group();
-        std::int64_t frame = group.first_time;
-        for (const auto& object : group.objects) {
-            MIEN_CHECK(decoder.decode(object, frame));
-            frame += object.frames;
-        }
-    }
+    MIEN_CHECK(stream.visit_motion(decoder, [](const model::Motion&) -> Result<void> { return {}; }));
     const auto split = decoder.split();
     const double all = split.coefficients + split.pose;
     return all > 0 ? split.pose / all : 0.0;

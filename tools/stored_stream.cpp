@@ -127,19 +127,11 @@ Result<void> decode_motion(const StoredStream& stream, const model::FaceModel& m
     const auto& info = std::get<protocol::MotionInfo>(track.info);
     const auto frames = std::int64_t(stream.header().frames);
     MotionRecorder recorder(clip, info, model, decoder.basis());
-    for (const auto& entry : stream.reader().index()) {
-        if (entry.slot != track.rungs.front().slot) continue;
-        MIEN_TRY(group, stream.reader().read_group(entry));
-        decoder.begin_group();
-        std::int64_t frame = group.first_time;
-        for (const auto& object : group.objects) {
-            MIEN_TRY(motions, decoder.decode(object, frame));
-            for (const model::Motion& motion : motions) MIEN_CHECK(recorder.record(motion));
-            frame += object.frames;
-        }
-        if (progress) progress("decoding motion", std::min(frame, frames), frames);
-    }
-    return {};
+    return stream.visit_motion(decoder, [&](const model::Motion& motion) -> Result<void> {
+        MIEN_CHECK(recorder.record(motion));
+        if (progress) progress("decoding motion", motion.frame + 1, frames);
+        return {};
+    });
 }
 
 Result<Sound> decode_sound(const StoredStream& stream, const protocol::Track& track) {
@@ -148,9 +140,7 @@ Result<Sound> decode_sound(const StoredStream& stream, const protocol::Track& tr
     Sound sound;
     sound.sample_rate = int(info.sample_rate);
     sound.channels = info.channels;
-    for (const auto& entry : stream.reader().index()) {
-        if (entry.slot != track.rungs.front().slot) continue;
-        MIEN_TRY(group, stream.reader().read_group(entry));
+    MIEN_CHECK(stream.visit_groups(track, [&](const protocol::Group& group) -> Result<void> {
         MIEN_TRY(block, decoder.decode(group));
         const std::size_t first = std::size_t(std::max<std::int64_t>(0, block.first_sample)) * info.channels;
         const std::size_t end = first + block.sound.samples.size();
@@ -160,7 +150,8 @@ Result<Sound> decode_sound(const StoredStream& stream, const protocol::Track& tr
         if (double(end) > limit + 10.0 * info.sample_rate * info.channels) return Error{ErrorCode::damaged, "a sound group lies beyond the end of the sound"};
         if (sound.samples.size() < end) sound.samples.resize(end);
         std::copy(block.sound.samples.begin(), block.sound.samples.end(), sound.samples.begin() + std::ptrdiff_t(first));
-    }
+        return {};
+    }));
     if (info.samples) sound.samples.resize(std::min<std::size_t>(sound.samples.size(), std::size_t(info.samples) * info.channels));
     return sound;
 }
@@ -203,6 +194,32 @@ Result<decoder::MotionDecoder> StoredStream::motion_decoder(const model::FaceMod
     const Bytes* bytes = basis ? blob(*basis) : nullptr;
     if (!bytes) return Error{ErrorCode::missing, "the stream lacks its motion basis"};
     return decoder::MotionDecoder::create(info, *bytes, model.neutral.triangles);
+}
+
+Result<void> StoredStream::visit_groups(const protocol::Track& track,
+                                        const std::function<Result<void>(const protocol::Group&)>& visit) const {
+    for (const auto& entry : reader().index()) {
+        if (entry.slot != track.rungs.front().slot) continue;
+        MIEN_TRY(group, reader().read_group(entry));
+        MIEN_CHECK(visit(group));
+    }
+    return {};
+}
+
+Result<void> StoredStream::visit_motion(decoder::MotionDecoder& decoder,
+                                        const std::function<Result<void>(const model::Motion&)>& visit) const {
+    const protocol::Track* track = this->track(TrackKind::motion);
+    if (!track) return Error{ErrorCode::missing, "the stream has no motion track"};
+    return visit_groups(*track, [&](const protocol::Group& group) -> Result<void> {
+        decoder.begin_group();
+        std::int64_t frame = group.first_time;
+        for (const auto& object : group.objects) {
+            MIEN_TRY(motions, decoder.decode(object, frame));
+            for (const model::Motion& motion : motions) MIEN_CHECK(visit(motion));
+            frame += object.frames;
+        }
+        return {};
+    });
 }
 
 Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress) {

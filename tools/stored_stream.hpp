@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 
@@ -27,6 +28,11 @@ public:
     const protocol::Track* track(protocol::TrackKind kind) const;
     /// A decoder for the first rung of the motion track.
     Result<decoder::MotionDecoder> motion_decoder(const model::FaceModel& model) const;
+
+    /// Reads every group of the track's first rung, in order. Stops at the first error, its own or the visitor's.
+    Result<void> visit_groups(const protocol::Track& track, const std::function<Result<void>(const protocol::Group&)>& visit) const;
+    /// Decodes the motion track from its start to its end, frame by frame.
+    Result<void> visit_motion(decoder::MotionDecoder& decoder, const std::function<Result<void>(const model::Motion&)>& visit) const;
 
 private:
     std::shared_ptr<protocol::StreamFileReader> reader_;

@@ -23,7 +23,6 @@ struct Request {
     std::optional<double> max_rms, max_peak;
 };
 
-
 Error differ(const std::string& what, std::int64_t stream, std::int64_t clip) {
     return {ErrorCode::mismatch, fmt::format("the stream has {} {} but the clip has {}", stream, what, clip)};
 }
@@ -52,25 +51,15 @@ Result<MotionError> compare_motion(const Clip& truth, const Clip& received, Moti
 Result<std::optional<MotionError>> compare_mesh(const StoredStream& stream, const Clip& truth) {
     MIEN_TRY(model, stream.model());
     if (!truth.vertices || model.point_count() != truth.vertices->points) return std::optional<MotionError>{};
-    const protocol::Track& track = *stream.track(protocol::TrackKind::motion);
     MIEN_TRY(decoder, stream.motion_decoder(model));
     const model::LinearMotion composed = model::compose(model, decoder.basis());
     MotionError error;
-    for (const auto& entry : stream.reader().index()) {
-        if (entry.slot != track.rungs.front().slot) continue;
-        MIEN_TRY(group, stream.reader().read_group(entry));
-        decoder.begin_group();
-        std::int64_t frame = group.first_time;
-        for (const auto& object : group.objects) {
-            MIEN_TRY(motions, decoder.decode(object, frame));
-            for (const model::Motion& motion : motions) {
-                if (motion.frame >= truth.vertices->frames) continue;
-                const Points drawn = model::evaluate(model, composed, motion);
-                error.add(truth.vertices->frame(motion.frame).data(), drawn.data(), drawn.rows(), 3);
-            }
-            frame += object.frames;
-        }
-    }
+    MIEN_CHECK(stream.visit_motion(decoder, [&](const model::Motion& motion) -> Result<void> {
+        if (motion.frame >= truth.vertices->frames) return {};
+        const Points drawn = model::evaluate(model, composed, motion);
+        error.add(truth.vertices->frame(motion.frame).data(), drawn.data(), drawn.rows(), 3);
+        return {};
+    }));
     return std::optional(error);
 }
 
