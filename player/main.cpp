@@ -73,7 +73,11 @@ int main(int argc, char** argv) {
     app.add_flag("--list", options.list, "list the streams of a server and stop");
     app.add_flag("--no-sound", no_sound, "silent");
     app.set_version_flag("--version", "mien-play " MIEN_VERSION);
-    CLI11_PARSE(app, argc, argv);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error) == 0 ? 0 : 2;
+    }
 
     options.sound = !no_sound;
     options.view = *render::parse_view(view);

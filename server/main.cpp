@@ -9,7 +9,7 @@
 
 namespace {
 
-constexpr int kFailed = 1, kNothingToServe = 3;
+constexpr int kFailed = 1, kMisused = 2, kNothingToServe = 3;
 
 int serve(mien::net::ServerOptions options, bool quiet) {
     if (!quiet) options.log = [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
@@ -48,7 +48,11 @@ int main(int argc, char** argv) {
     app.add_option("--max-viewers", options.max_viewers, "Viewers at one time")->capture_default_str()->check(CLI::Range(1, 1000000));
     app.add_option("--ahead", options.ahead, "Seconds that are sent before they are due")->capture_default_str()->check(CLI::Range(0.0, 3600.0));
     app.add_flag("--quiet", quiet, "Say nothing but the line 'listening on ...' and what goes wrong");
-    CLI11_PARSE(app, argc, argv);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error) == 0 ? 0 : kMisused;
+    }
     options.folder = folder;
     try {
         return serve(std::move(options), quiet);

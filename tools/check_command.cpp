@@ -13,12 +13,12 @@ void add_check(CLI::App& mien, int& code) {
     command->add_option("clip", *clip, "Clip folder, folder of numbered OBJs, or a single recording")->required();
     command->add_flag("--json", *json, "As JSON");
     command->callback([clip, json, &code] {
-        code = guarded([&] {
+        code = guarded([&]() -> Result<int> {
             const io::ClipReport report = io::check_clip(*clip, progress_bar(*json));
             end_progress();
             fmt::print("{}\n", *json ? report.json() : report.text());
             return report.good() ? kDone : kFailed;
-        });
+        }, *json);
     });
 }
 

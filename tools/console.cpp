@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <new>
+#include <nlohmann/json.hpp>
 
 #include "core/environment_error.hpp"
 
@@ -75,26 +76,29 @@ void warn(const std::string& text) {
     fmt::print(stderr, "mien: warning: {}\n", text);
 }
 
-int fail(const Error& error) { return fail(error.message); }
-
 int fail(const std::string& text) {
     end_progress();
     fmt::print(stderr, "mien: error: {}\n", text);
     return kFailed;
 }
 
-int guarded(const std::function<int()>& command) {
+int guarded(const std::function<Result<int>()>& command, bool json) {
+    std::string why;
     try {
-        const int code = command();
+        const Result<int> code = command();
         end_progress();
-        return code;
+        if (code.ok()) return *code;
+        why = code.error().message;
     } catch (const EnvironmentError& error) {
-        return fail(error.what());
+        why = error.what();
     } catch (const std::bad_alloc&) {
-        return fail("out of memory");
+        why = "out of memory";
     } catch (const std::exception& error) {
-        return fail(std::string("unexpected: ") + error.what());
+        why = std::string("unexpected: ") + error.what();
     }
+    // File names need not be UTF-8.
+    if (json) fmt::print("{}\n", nlohmann::json{{"error", why}}.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    return fail(why);
 }
 
 std::string with_thousands(std::uint64_t n) {

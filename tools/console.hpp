@@ -20,11 +20,11 @@ void end_progress();
 
 void warn(const std::string& text);
 /// "mien: error: TEXT"; returns kFailed.
-int fail(const Error& error);
 int fail(const std::string& text);
 
-/// Runs a command; whatever it throws becomes a message and kFailed.
-int guarded(const std::function<int()>& command);
+/// Runs a command; an error and whatever it throws become a message and kFailed. With `json`, standard output then holds
+/// {"error": "TEXT"}, so that whoever asked for JSON always gets some.
+int guarded(const std::function<Result<int>()>& command, bool json = false);
 
 std::string with_thousands(std::uint64_t n);   ///< "1 234 567"
 std::string human_bytes(std::uint64_t bytes);  ///< "1.2 MB"

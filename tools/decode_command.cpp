@@ -13,20 +13,18 @@ struct Request {
     bool overwrite = false, no_texture = false, quiet = false;
 };
 
-int decode(const Request& request) {
-    auto stream = StoredStream::open(request.file);
-    if (!stream.ok()) return fail(stream.error());
-    if (!stream->reader().complete()) warn("'" + request.file + "': " + stream->reader().complaint());
+Result<int> decode(const Request& request) {
+    MIEN_TRY(stream, StoredStream::open(request.file));
+    if (!stream.reader().complete()) warn("'" + request.file + "': " + stream.reader().complaint());
     const Progress progress = progress_bar(request.quiet);
-    auto clip = decode_stream(*stream, progress);
-    if (!clip.ok()) return fail(clip.error());
-    if (request.no_texture) clip->texture = nullptr;
+    MIEN_TRY(clip, decode_stream(stream, progress));
+    if (request.no_texture) clip.texture = nullptr;
     io::WriteOptions options;
     options.overwrite = request.overwrite;
     options.progress = progress;
-    if (auto written = io::write_clip(request.output, *clip, options); !written.ok()) return fail(written.error());
+    MIEN_CHECK(io::write_clip(request.output, clip, options));
     end_progress();
-    if (!request.quiet) fmt::print("{}: {} frames\n", request.output, clip->frame_count());
+    if (!request.quiet) fmt::print("{}: {} frames\n", request.output, clip.frame_count());
     return kDone;
 }
 

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 
@@ -34,7 +35,7 @@ class AtomicFile {
 public:
     explicit AtomicFile(const std::filesystem::path& path) : path_(path), part_(path.string() + ".part") {
         fd_ = ::open(part_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-        if (fd_ < 0) throw EnvironmentError("cannot write '" + part_.string() + "': " + std::strerror(errno));
+        if (fd_ < 0) throw EnvironmentError("cannot write '" + path_.string() + "': " + std::strerror(errno));
     }
     ~AtomicFile() {
         if (fd_ < 0) return;
@@ -56,7 +57,11 @@ public:
     void commit() {
         if (::fsync(fd_) != 0 && errno != EINVAL) give_up(errno);
         if (::close(std::exchange(fd_, -1)) != 0) give_up(errno);
-        std::filesystem::rename(part_, path_);
+        if (::rename(part_.c_str(), path_.c_str()) != 0) {
+            const int reason = errno;
+            ::unlink(part_.c_str());
+            give_up(reason);
+        }
     }
 
 private:
@@ -115,7 +120,7 @@ Result<encoder::StreamOptions> stream_options(const Request& request, const Clip
     return options;
 }
 
-int encode(const Request& request) {
+Result<int> encode(const Request& request) {
     namespace fs = std::filesystem;
     const fs::path output = request.output;
     if (fs::is_directory(output)) return fail("'" + request.output + "' is a folder; name a file such as " + (output / "stream.mien").string());
@@ -126,34 +131,30 @@ int encode(const Request& request) {
     io::LoadOptions load;
     load.progress = progress;
     if (!request.fps.empty()) {
-        auto fps = parse_rational(request.fps);
-        if (!fps.ok()) return fail(fps.error());
-        load.frame_rate = *fps;
+        MIEN_TRY(fps, parse_rational(request.fps));
+        load.frame_rate = fps;
     }
     if (!request.unit.empty()) load.unit = request.unit == "m" ? Unit::m : request.unit == "cm" ? Unit::cm : Unit::mm;
-    auto loaded = io::load_clip(request.clip, load);
-    if (!loaded.ok()) return fail(loaded.error());
-    for (const std::string& text : loaded->warnings) warn(text);
-    const Clip& clip = loaded->clip;
-    auto options = stream_options(request, clip);
-    if (!options.ok()) return fail(options.error());
-    if (options->name.empty()) options->name = output.stem().string();
+    MIEN_TRY(loaded, io::load_clip(request.clip, load));
+    for (const std::string& text : loaded.warnings) warn(text);
+    const Clip& clip = loaded.clip;
+    MIEN_TRY(options, stream_options(request, clip));
+    if (options.name.empty()) options.name = output.stem().string();
 
     // Before the long work: is there a place to write to?
     AtomicFile file(output);
-    auto stream = encoder::encode_stream(clip, *options, progress);
-    if (!stream.ok()) return fail(stream.error());
-    protocol::StreamFileWriter writer([&](ByteView bytes) { file.append(bytes); }, stream->header, stream->blobs);
-    for (const protocol::Group& group : stream->groups) writer.add(group);
+    MIEN_TRY(stream, encoder::encode_stream(clip, options, progress));
+    protocol::StreamFileWriter writer([&](ByteView bytes) { file.append(bytes); }, stream.header, stream.blobs);
+    for (const protocol::Group& group : stream.groups) writer.add(group);
     writer.finish();
     file.commit();
     end_progress();
     if (!request.quiet) {
-        const double seconds = double(stream->header.frames) / stream->header.frame_rate.value();
-        const char* unit = options->motion.kind == protocol::MotionKind::weights ? "" : " mm";
+        const double seconds = double(stream.header.frames) / stream.header.frame_rate.value();
+        const char* unit = options.motion.kind == protocol::MotionKind::weights ? "" : " mm";
         fmt::print("{}: {}, {} frames, {}, {:.1f} kbit/s, motion error {:.4f}{} RMS, {:.3f}{} peak\n", request.output, human_bytes(writer.size()),
-                   stream->header.frames, human_time(seconds), double(writer.size()) * 8 / 1000 / std::max(seconds, 1e-9), stream->motion_rms, unit,
-                   stream->motion_peak, unit);
+                   stream.header.frames, human_time(seconds), double(writer.size()) * 8 / 1000 / std::max(seconds, 1e-9), stream.motion_rms, unit,
+                   stream.motion_peak, unit);
     }
     return kDone;
 }

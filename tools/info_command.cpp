@@ -94,16 +94,12 @@ std::string describe(const protocol::Track& track) {
     return fmt::format("{} Hz, {} channel{}", s.sample_rate, s.channels, s.channels == 1 ? "" : "s");
 }
 
-int info(const std::string& file, bool json) {
-    auto opened = StoredStream::open(file);
-    if (!opened.ok()) return fail(opened.error());
-    const StoredStream& stream = *opened;
-    auto split = split_bytes(stream);
-    if (!split.ok()) return fail(split.error());
+Result<int> info(const std::string& file, bool json) {
+    MIEN_TRY(stream, StoredStream::open(file));
+    MIEN_TRY(split, split_bytes(stream));
     const auto& header = stream.header();
     const double seconds = double(header.frames) / header.frame_rate.value();
-    auto account = stream.reader().account();
-    if (!account.ok()) return fail(account.error());
+    MIEN_TRY(account, stream.reader().account());
 
     ordered_json out;
     out["name"] = header.name;
@@ -113,12 +109,12 @@ int info(const std::string& file, bool json) {
     out["group_frames"] = header.group_frames;
     out["model"] = header.model.hex();
     out["complete"] = stream.reader().complete();
-    out["bytes"] = to_json(*split);
+    out["bytes"] = to_json(split);
     out["tracks"] = ordered_json::array();
     for (const protocol::Track& track : header.tracks)
         for (const protocol::Rung& rung : track.rungs) {
-            const auto slot = account->slots.find(rung.slot);
-            const std::uint64_t payload = slot == account->slots.end() ? 0 : slot->second.payload;
+            const auto slot = account.slots.find(rung.slot);
+            const std::uint64_t payload = slot == account.slots.end() ? 0 : slot->second.payload;
             out["tracks"].push_back({{"kind", name_of(track.kind)}, {"codec", rung.codec}, {"kbps", seconds > 0 ? double(payload) * 8 / 1000 / seconds : 0.0},
                                      {"description", describe(track)}});
         }
@@ -148,7 +144,7 @@ void add_info(CLI::App& mien, int& code) {
     CLI::App* command = mien.add_subcommand("info", "Show what a stream file holds and where its bytes go");
     command->add_option("file", *file, "Stream file")->required();
     command->add_flag("--json", *json, "As JSON");
-    command->callback([file, json, &code] { code = guarded([&] { return info(*file, *json); }); });
+    command->callback([file, json, &code] { code = guarded([&] { return info(*file, *json); }, *json); });
 }
 
 }  // namespace mien::tools

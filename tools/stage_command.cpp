@@ -33,23 +33,21 @@ Result<samples::FrameRange> parse_frames(const std::string& text) {
     }
 }
 
-int stage(Request& request) {
+Result<int> stage(Request& request) {
     samples::StageOptions& options = request.options;
     if (!request.say.empty()) options.say = request.say;
     if (!request.weights.empty()) options.weights = request.weights;
     if (!request.sound.empty()) options.sound = request.sound;
     if (!request.frames.empty()) {
-        auto frames = parse_frames(request.frames);
-        if (!frames.ok()) return fail(frames.error());
-        options.frames = *frames;
+        MIEN_TRY(frames, parse_frames(request.frames));
+        options.frames = frames;
     }
     if (!request.fps.empty()) {
-        auto fps = parse_rational(request.fps);
-        if (!fps.ok()) return fail(fps.error());
-        options.fps = *fps;
+        MIEN_TRY(fps, parse_rational(request.fps));
+        options.fps = fps;
     }
     set_thread_count(request.threads);
-    if (auto made = samples::stage(options, request.output, progress_bar(request.quiet)); !made.ok()) return fail(made.error());
+    MIEN_CHECK(samples::stage(options, request.output, progress_bar(request.quiet)));
     end_progress();
     if (!request.quiet) fmt::print("{}: a clip folder; encode it with: mien encode {} -o NAME.mien\n", request.output, request.output);
     return kDone;

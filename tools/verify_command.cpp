@@ -87,40 +87,34 @@ Result<std::optional<ordered_json>> compare_texture(const Clip& truth, const Cli
     return std::optional(ordered_json{{"psnr_y_db", comparison.psnr_y()}, {"ssim", comparison.ssim()}, {"frames", comparison.frames()}});
 }
 
-int verify(const Request& request) {
+Result<int> verify(const Request& request) {
     const Progress progress = progress_bar(request.json);
-    auto stream = StoredStream::open(request.file);
-    if (!stream.ok()) return fail(stream.error());
-    auto loaded = io::load_clip(request.clip, {.frame_rate = {}, .unit = {}, .progress = progress});
-    if (!loaded.ok()) return fail(loaded.error());
-    auto received = decode_stream(*stream, progress);
-    if (!received.ok()) return fail(received.error());
-    const Clip& truth = loaded->clip;
-    const auto kind = std::get<protocol::MotionInfo>(stream->track(protocol::TrackKind::motion)->info).kind;
+    MIEN_TRY(stream, StoredStream::open(request.file));
+    MIEN_TRY(loaded, io::load_clip(request.clip, {.frame_rate = {}, .unit = {}, .progress = progress}));
+    MIEN_TRY(received, decode_stream(stream, progress));
+    const Clip& truth = loaded.clip;
+    const auto kind = std::get<protocol::MotionInfo>(stream.track(protocol::TrackKind::motion)->info).kind;
     const bool weights = kind == MotionKind::weights;
 
     ordered_json report;
     std::vector<std::string> complaints;
-    if (!stream->reader().complete()) complaints.push_back(stream->reader().complaint());
-    auto motion = compare_motion(truth, *received, kind);
-    if (!motion.ok()) return fail(motion.error());
-    report["motion"] = {{"rms_mm", motion->rms()}, {"peak_mm", motion->peak()}, {"mean_mm", motion->mean()}, {"kg_percent", motion->kg_percent()},
-                        {"unit", weights ? "weight" : "mm"}, {"points", motion->points()}};
-    if (!std::isfinite(motion->peak())) complaints.push_back("the decoded motion has numbers that are not finite");
-    if (request.max_rms && !(motion->rms() <= *request.max_rms)) complaints.push_back(fmt::format("RMS error {} exceeds {}", motion->rms(), *request.max_rms));
-    if (request.max_peak && !(motion->peak() <= *request.max_peak)) complaints.push_back(fmt::format("peak error {} exceeds {}", motion->peak(), *request.max_peak));
+    if (!stream.reader().complete()) complaints.push_back(stream.reader().complaint());
+    MIEN_TRY(motion, compare_motion(truth, received, kind));
+    report["motion"] = {{"rms_mm", motion.rms()}, {"peak_mm", motion.peak()}, {"mean_mm", motion.mean()}, {"kg_percent", motion.kg_percent()},
+                        {"unit", weights ? "weight" : "mm"}, {"points", motion.points()}};
+    if (!std::isfinite(motion.peak())) complaints.push_back("the decoded motion has numbers that are not finite");
+    if (request.max_rms && !(motion.rms() <= *request.max_rms)) complaints.push_back(fmt::format("RMS error {} exceeds {}", motion.rms(), *request.max_rms));
+    if (request.max_peak && !(motion.peak() <= *request.max_peak)) complaints.push_back(fmt::format("peak error {} exceeds {}", motion.peak(), *request.max_peak));
     if (kind != MotionKind::vertices) {
-        auto mesh = compare_mesh(*stream, truth);
-        if (!mesh.ok()) return fail(mesh.error());
-        if (*mesh) report["mesh"] = {{"mean_mm", (*mesh)->mean()}, {"rms_mm", (*mesh)->rms()}, {"peak_mm", (*mesh)->peak()}};
+        MIEN_TRY(mesh, compare_mesh(stream, truth));
+        if (mesh) report["mesh"] = {{"mean_mm", mesh->mean()}, {"rms_mm", mesh->rms()}, {"peak_mm", mesh->peak()}};
     }
     if (!request.no_texture) {
-        auto texture = compare_texture(truth, *received, progress);
-        if (!texture.ok()) return fail(texture.error());
-        if (*texture) report["texture"] = **texture;
+        MIEN_TRY(texture, compare_texture(truth, received, progress));
+        if (texture) report["texture"] = *texture;
     }
-    if (truth.sound && received->sound)
-        report["sound"] = {{"seconds", received->sound->seconds()}, {"missing_s", truth.sound->seconds() - received->sound->seconds()}};
+    if (truth.sound && received.sound)
+        report["sound"] = {{"seconds", received.sound->seconds()}, {"missing_s", truth.sound->seconds() - received.sound->seconds()}};
     report["ok"] = complaints.empty();
     end_progress();
 
@@ -128,7 +122,7 @@ int verify(const Request& request) {
         fmt::print("{}\n", report.dump(2));
     } else {
         const char* unit = weights ? "" : " mm";
-        fmt::print("motion   RMS {:.5f}{}, peak {:.4f}{}, mean {:.5f}{}, KG {:.4f} %\n", motion->rms(), unit, motion->peak(), unit, motion->mean(), unit, motion->kg_percent());
+        fmt::print("motion   RMS {:.5f}{}, peak {:.4f}{}, mean {:.5f}{}, KG {:.4f} %\n", motion.rms(), unit, motion.peak(), unit, motion.mean(), unit, motion.kg_percent());
         if (report.contains("mesh"))
             fmt::print("mesh     mean {:.4f} mm, RMS {:.4f} mm, peak {:.3f} mm from the clip's vertices\n", report["mesh"]["mean_mm"].get<double>(),
                        report["mesh"]["rms_mm"].get<double>(), report["mesh"]["peak_mm"].get<double>());
@@ -152,7 +146,7 @@ void add_verify(CLI::App& mien, int& code) {
     command->add_flag("--no-texture", request->no_texture, "Motion only");
     command->add_option("--max-rms", request->max_rms, "Fail above this RMS motion error");
     command->add_option("--max-peak", request->max_peak, "Fail above this peak motion error");
-    command->callback([request, &code] { code = guarded([&] { return verify(*request); }); });
+    command->callback([request, &code] { code = guarded([&] { return verify(*request); }, request->json); });
 }
 
 }  // namespace mien::tools

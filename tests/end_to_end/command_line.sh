@@ -59,6 +59,51 @@ does "$mien" encode clip -o one.mien --threads 1 --name x
 does "$mien" encode clip -o three.mien --threads 3 --name x
 cmp -s one.mien three.mien || complain "the number of threads changes the stream"
 
+# One frame; a head of the wrong unit, named as such; an unknown key.
+triangle() { # triangle FOLDER MM FRAMES: a clip of one large triangle that stands still
+    mkdir -p "$1" && echo '{"fps": 30, "unit": "mm", "vertices": "v.npy", "neutral": "n.obj"}' >"$1/clip.json"
+    printf 'v 0 0 0\nv %s 0 0\nv 0 %s 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n' "$2" "$2" >"$1/n.obj"
+    for _ in $(seq "$3"); do head -c 12 /dev/zero; f32 "$2"; head -c 12 /dev/zero; f32 "$2"; head -c 4 /dev/zero; done | npy "$1/v.npy" "$3, 3, 3"
+}
+f32() { # the lengths that are used here, as little-endian float32
+    case $1 in
+        0.2) printf '\xcd\xcc\x4c\x3e' ;; 200) printf '\x00\x00\x48\x43' ;; 200000) printf '\x00\x50\x43\x48' ;;
+    esac
+}
+says() { # says WORDS COMMAND...: succeeds, and says WORDS
+    local words=$1
+    shift
+    "$@" >log.txt 2>&1 || complain "$* -> $(cat log.txt)"
+    grep -qE "$words" log.txt || complain "'$words' not in what it said: $* -> $(cat log.txt)"
+}
+triangle one 200 1
+does "$mien" encode one -o one-frame.mien
+does "$mien" verify one-frame.mien one --max-rms 0.1
+does "$mien" decode one-frame.mien -o one-back
+triangle tiny 0.2 2
+says "0\.2 mm.*unit should be m, not mm" "$mien" check tiny
+says "0\.2 mm.*unit should be m, not mm" "$mien" encode tiny -o tiny.mien
+triangle huge 200000 2
+says "200 m " "$mien" check huge
+says "200 m " "$mien" encode huge -o huge.mien
+triangle odd 200 3
+echo '{"fps": 30, "unit": "mm", "vertices": "v.npy", "neutral": "n.obj", "colour": "blue"}' >odd/clip.json
+says "colour" "$mien" check odd
+says "colour" "$mien" encode odd -o odd.mien
+# Textures of odd sides and with alpha; sound that is longer or shorter than the picture.
+triangle sounding 200 3
+mkdir sounding/texture
+ffmpeg -v error -f lavfi -i testsrc2=size=513x511:rate=30,format=rgba -frames:v 3 sounding/texture/%04d.png || complain "no ffmpeg here"
+echo '{"fps": 30, "unit": "mm", "vertices": "v.npy", "neutral": "n.obj", "texture": "texture/%04d.png", "sound": "s.wav"}' >sounding/clip.json
+for seconds in 1.5 0.02; do
+    ffmpeg -v error -y -f lavfi -i sine=sample_rate=48000:duration=$seconds sounding/s.wav
+    says "s\.wav is .* s (longer|shorter) than the picture|0:00\.1" "$mien" encode sounding -y -o sounding.mien
+    says "PSNR-Y" "$mien" verify sounding.mien sounding
+done
+does "$mien" decode sounding.mien -o sounding-back
+does "$mien" check sounding-back
+does "$bin/mien-play" --headless sounding.mien -o sounding.png --size 64x64
+
 # Bad input.
 refuses "already" "$mien" encode clip -o vertices.mien
 refuses "no clip nowhere" "$mien" encode nowhere -o x.mien
@@ -84,16 +129,56 @@ refuses "frame 1.*(vertex|point) 2|(vertex|point) 2.*frame 1" "$mien" encode bad
 refuses "frame 1.*(vertex|point) 2|(vertex|point) 2.*frame 1" "$mien" check bad
 { head -c 24 /dev/zero; } | npy bad/v.npy "1, 2, 3"
 refuses "2.*3|3.*2" "$mien" encode bad -o x.mien
+{ head -c 36 /dev/zero; head -c 32 /dev/zero; printf '\x00\x00\x80\x7f'; } | npy bad/v.npy "2, 3, 3"
+refuses "vertex 2 of frame 1 is infinite" "$mien" encode bad -o x.mien
+rm bad/v.npy
+refuses "v\.npy" "$mien" encode bad -o x.mien
+refuses "v\.npy" "$mien" check bad
+mkdir objs && cp bad/n.obj objs/f0001.obj && { cat bad/n.obj; echo 'v 50 50 0'; } >objs/f0002.obj
+refuses "f0002\.obj.*4.*3" "$mien" encode objs -o x.mien --fps 30
+refuses "nosuchsound" "$mien" encode sounding -o x.mien --sound-codec nosuchsound
 [[ -e x.mien || -e x.mien.part ]] && complain "a failed encode left a file"
 
-# A full disk: a filesystem of 16 kB, where one can be had.
+# Who asks for JSON gets JSON, also when it goes wrong.
+json_error() { # json_error COMMAND...: exit 1 and {"error": ...}
+    "$@" >json.txt 2>/dev/null
+    [[ $? == 1 ]] || complain "exit code of: $*"
+    jq -e '.error | length > 0' json.txt >/dev/null || complain "no JSON error from: $* -> $(cat json.txt)"
+}
+json_error "$mien" info missing.mien --json
+json_error "$mien" verify vertices.mien nowhere --json
+"$mien" check nowhere --json >json.txt 2>/dev/null && complain "check of nothing succeeds"
+jq -e . json.txt >/dev/null || complain "check --json of nothing: $(cat json.txt)"
+"$mien" verify vertices.mien clip --max-rms 0.0001 --json 2>/dev/null >json.txt && complain "verify above its bound succeeds"
+jq -e '.ok == false' json.txt >/dev/null || complain "verify --json above its bound: $(cat json.txt)"
+# The command line misused is 2, from every program.
+for misused in "mien" "mien nosuchcommand" "mien encode clip" "mien-serve" "mien-serve . --port x" "mien-play --size 3" "mien-play --headless vertices.mien"; do
+    $bin/$misused >/dev/null 2>&1
+    [[ $? == 2 ]] || complain "exit code of: $misused"
+done
+
+# A full disk: a filesystem of 32 kB, where one can be had; then the same one without write permission.
 mkdir full
-if mount -t tmpfs -o size=16k tmpfs full 2>/dev/null; then
+if mount -t tmpfs -o size=32k tmpfs full 2>/dev/null; then
+    head -c 24k /dev/zero >full/ballast
+    left() { [[ $(ls -A full) == ballast ]] || complain "$1 on a full disk left $(ls -A full)"; rm -rf full/[!b]*; }
     refuses "space" "$mien" encode clip -o full/x.mien
-    [[ -z $(ls -A full) ]] || complain "a full disk was left with $(ls -A full)"
+    left encode
+    refuses "space" "$mien" decode vertices.mien -o full/x
+    refuses "space" "$mien" stage -o full/y --expressions --seconds 0.2 --texture-size 0 --markers 0
+    rm -rf full/[!b]*
+    refuses "space" "$bin/mien-play" --headless vertices.mien -o full/x.png --size 320x320
+    left "a picture"
+    refuses "space" "$bin/mien-play" --headless vertices.mien -o full/x.mp4 --size 320x320
+    left "a movie"
+    mount -o remount,ro full
+    refuses "cannot write 'full/x.mien': read-only" "$mien" encode clip -o full/x.mien
+    refuses "full.*read-only" "$mien" decode vertices.mien -o full/x
+    refuses "full.*read-only" "$mien" stage -o full/y --expressions --seconds 0.2 --texture-size 0 --markers 0
+    refuses "full.*read-only" "$bin/mien-play" --headless vertices.mien -o full/x.png --size 64x64
     umount full
 else
-    echo "full disk: skipped (no permission to mount)"
+    echo "full and read-only disk: skipped (no permission to mount)"
 fi
 
 # The server.
@@ -102,7 +187,7 @@ refuses "no such|not found|not a (folder|directory)|does not exist" "$bin/mien-s
 server=$!
 for _ in $(seq 100); do grep -q 'listening on' serve.log && break; sleep 0.1; done
 port=$(sed -n 's/.*listening on mien:\/\/[^:]*:\([0-9]*\).*/\1/p' serve.log)
-refuses "use" "$bin/mien-serve" . --port "$port"
+refuses "port $port.*in use" "$bin/mien-serve" . --port "$port"
 kill -TERM $server
 wait $server || complain "the server did not stop cleanly: $(cat serve.log)"
 
