@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
+#include <optional>
 
 #include "coding/motion_values.hpp"
-#include "core/parallel.hpp"
+#include "encoder/motion_goal.hpp"
 #include "encoder/motion_matrix.hpp"
 #include "encoder/motion_pose.hpp"
 #include "encoder/motion_search.hpp"
@@ -19,18 +19,7 @@ using coding::MotionBasis;
 using coding::MotionScheme;
 using protocol::MotionKind;
 
-struct Asked {
-    enum class What { rms, peak, kbps } what = What::rms;
-    double value = 0.1;
-};
-
-Result<Asked> asked_of(const MotionOptions& options) {
-    const int set = int(options.rms.has_value()) + int(options.peak.has_value()) + int(options.kbps.has_value());
-    if (set != 1) return Error{ErrorCode::invalid, "exactly one of RMS error, peak error and bitrate can be asked for"};
-    const double value = options.rms ? *options.rms : options.peak ? *options.peak : *options.kbps;
-    if (!(value > 0) || !std::isfinite(value)) return Error{ErrorCode::invalid, "the asked error or bitrate is not a positive number"};
-    return Asked{options.rms ? Asked::What::rms : options.peak ? Asked::What::peak : Asked::What::kbps, value};
-}
+constexpr double kNearlyStill = 10;   // errors that the head strays: up to here no pose at all may be cheaper
 
 // How far poses move the points apart from their mean place, RMS in mm: below what counts, there is no pose to send.
 double pose_spread(const std::vector<RigidPose>& poses, PointsRef reference) {
@@ -48,55 +37,6 @@ double pose_spread(const std::vector<RigidPose>& poses, PointsRef reference) {
     const double off = (mean - centre.cast<double>()).norm();
     const double turned = poses.front().rotation.angularDistance(Eigen::Quaternionf::Identity()) * radius;
     return std::sqrt(sum / double(poses.size())) + off + turned;
-}
-
-struct Measured {
-    double rms = 0, peak = 0;
-};
-
-// Errors of a trial in the clip's own space, from the values a decoder has.
-Measured measure(const Clip& clip, MotionKind kind, const MotionTask& task, const MotionTrial& trial, PointsRef reference) {
-    const Eigen::VectorXf mean = coding::mean_of(trial.basis);
-    const Eigen::MatrixXf columns = coding::components_of(trial.basis);
-    std::vector<double> squared(std::size_t(task.plan.frames), 0), peaks(squared), counts(squared);
-    parallel_for(task.plan.frames, [&](std::int64_t f) {
-        const Eigen::VectorXf w = (trial.coded.samples.col(f).tail(columns.cols()) * MotionBasis::kFraction).cast<float>();
-        Eigen::VectorXf x = mean + columns * w;
-        double& sum = squared[std::size_t(f)];
-        double& peak = peaks[std::size_t(f)];
-        if (kind == MotionKind::weights) {
-            const Eigen::Map<const Eigen::VectorXf> truth(clip.weights->frame(f), clip.weights->count);
-            sum = (x - truth).cast<double>().squaredNorm();
-            peak = double((x - truth).cwiseAbs().maxCoeff());
-            counts[std::size_t(f)] = double(truth.size());
-            return;
-        }
-        PointsMap points(x.data(), reference.rows(), 3);
-        points += reference;
-        if (task.shape.pose) {
-            std::array<std::int64_t, 6> steps{};
-            for (int i = 0; i < 6; ++i)
-                steps[std::size_t(i)] = std::llround(trial.coded.samples(i, f) * MotionBasis::kFraction);
-            apply_pose(coding::pose_of(trial.basis, steps), points);
-        }
-        const auto truth = kind == MotionKind::vertices ? clip.vertices->frame(f) : clip.markers->frame(f);
-        for (Eigen::Index p = 0; p < points.rows(); ++p) {
-            if (std::isnan(truth(p, 0))) continue;
-            const double error = (points.row(p) - truth.row(p)).cast<double>().squaredNorm();
-            sum += error;
-            peak = std::max(peak, std::sqrt(error));
-            counts[std::size_t(f)] += 1;
-        }
-    });
-    Measured out;
-    double sum = 0, count = 0;
-    for (std::size_t f = 0; f < squared.size(); ++f) {
-        sum += squared[f];
-        count += counts[f];
-        out.peak = std::max(out.peak, peaks[f]);
-    }
-    out.rms = count > 0 ? std::sqrt(sum / count) : 0;
-    return out;
 }
 
 // Steps, means and coded numbers of pose and gaze: the same whatever happens to the components.
@@ -148,15 +88,51 @@ std::vector<RigidPose> decoded_poses(const MotionTask& task) {
     return poses;
 }
 
-const char* unit_of(MotionKind kind) { return kind == MotionKind::weights ? "" : " mm"; }
+// The head pose of every frame where the clip has one or the motion shows one; else none.
+std::vector<RigidPose> head_poses(const Clip& clip, MotionKind kind, PointsRef reference, std::int64_t frames, double guess) {
+    if (std::int64_t(clip.head_pose.size()) == frames) return clip.head_pose;
+    if (kind == MotionKind::weights) return {};
+    if (kind == MotionKind::markers && clip.vertices && clip.neutral && !clip.rigid.empty() && clip.vertices->frames == frames &&
+        clip.vertices->points == clip.neutral->positions.rows())
+        return steady_poses(*clip.vertices, clip.neutral->positions, clip.rigid);
+    const PointSequence& sequence = kind == MotionKind::vertices ? *clip.vertices : *clip.markers;
+    if (steadiest_stray(sequence, reference) <= 0.5 * guess) return {};
+    const bool rigid_known = kind == MotionKind::vertices || !clip.vertices;
+    return steady_poses(sequence, reference, rigid_known ? std::span<const std::uint32_t>(clip.rigid) : std::span<const std::uint32_t>());
+}
+
+// Completes a task whose shape, scheme and plan are set: pose and gaze as they are coded, and what is left for components.
+// poses: one per frame, or none for a head that stands still.
+void settle(MotionTask& task, const Clip& clip, const MotionGoal& goal, PointsRef reference, PointsRef around,
+            std::vector<RigidPose> poses) {
+    task.shape.pose = !poses.empty();
+    const double pose_guess = goal.kind == MotionKind::weights ? 0.1 : goal.guess();
+    const Vec3 centre = around.colwise().mean();
+    const double radius = std::max(1.0, std::sqrt(double((around.rowwise() - centre.transpose()).rowwise().squaredNorm().mean())));
+    for (int i = 0; i < 3; ++i) task.sides.centre[std::size_t(i)] = centre[i];
+    task.sides.translation_step = float(0.6 * pose_guess);
+    task.sides.rotation_step = float(0.6 * pose_guess / radius);
+    task.sides.gaze_step = 0.005f;
+
+    MotionMatrix matrix;
+    if (task.shape.presence) matrix = motion_matrix(clip, goal.kind, reference, poses);
+    task.presence = std::move(matrix.presence);
+    settle_sides(task, poses, clip.gaze);
+    if (task.shape.pose) poses = decoded_poses(task);
+
+    matrix = motion_matrix(clip, goal.kind, reference, goal.kind == MotionKind::weights ? std::vector<RigidPose>() : poses);
+    impute(matrix);
+    const double allowed = goal.guess() * goal.guess() * double(std::max<std::int64_t>(1, matrix.present));
+    task.components = find_components(matrix.values, 0.01 * allowed, 320);
+}
 
 }  // namespace
 
 Result<EncodedMotion> encode_motion(const Clip& clip, const MotionOptions& options, const Progress& progress) {
-    const auto report = [&](const char* what, std::int64_t done, std::int64_t total) {
-        if (progress) progress(what, done, total);
+    const auto report = [&](const char* what) {
+        if (progress) progress(what, 0, 0);
     };
-    MIEN_TRY(asked, asked_of(options));
+    MIEN_TRY(goal, goal_of(options));
     MIEN_CHECK(check_motion(clip, options.kind));
     if (options.group_frames < 0) return Error{ErrorCode::invalid, "a group of less than no frames"};
     const MotionKind kind = options.kind;
@@ -190,125 +166,50 @@ Result<EncodedMotion> encode_motion(const Clip& clip, const MotionOptions& optio
                                                   std::to_string(count)};
     }
 
-    // Head pose.
-    report("head pose", 0, 0);
-    const double guess = asked.what == Asked::What::rms    ? asked.value
-                         : asked.what == Asked::What::peak ? asked.value / 5
-                                                           : (kind == MotionKind::weights ? 0.005 : 0.1);
-    std::vector<RigidPose> poses;
-    if (std::int64_t(clip.head_pose.size()) == task.plan.frames) {
-        poses = clip.head_pose;
-    } else if (kind != MotionKind::weights) {
-        if (kind == MotionKind::markers && clip.vertices && clip.neutral && !clip.rigid.empty() &&
-            clip.vertices->frames == own_frames && clip.vertices->points == clip.neutral->positions.rows())
-            poses = steady_poses(*clip.vertices, clip.neutral->positions, clip.rigid);
-        else if (steadiest_stray(kind == MotionKind::vertices ? *clip.vertices : *clip.markers, reference) > 0.5 * guess)
-            poses = steady_poses(kind == MotionKind::vertices ? *clip.vertices : *clip.markers, reference,
-                                 kind == MotionKind::vertices || !clip.vertices ? std::span<const std::uint32_t>(clip.rigid)
-                                                                                : std::span<const std::uint32_t>());
-    }
+    task.shape.gaze = kind != MotionKind::vertices && std::int64_t(clip.gaze.size()) == task.plan.frames;
+    task.shape.presence = kind == MotionKind::markers && has_missing_markers(clip);
+    if (kind == MotionKind::vertices && clip.neutral) task.triangles = clip.neutral->triangles;
+
+    report("head pose");
     Points around = reference;
     if (kind == MotionKind::weights && clip.neutral) around = clip.neutral->positions;
     if (around.rows() == 0) around = 100 * Points::Identity(3, 3);
-    const double pose_guess = kind == MotionKind::weights ? 0.1 : guess;
-    if (!poses.empty() && pose_spread(poses, around) < 0.5 * pose_guess) poses.clear();
-    task.shape.pose = !poses.empty();
-    task.shape.gaze = kind != MotionKind::vertices && std::int64_t(clip.gaze.size()) == task.plan.frames;
-    task.shape.presence = kind == MotionKind::markers && has_missing_markers(clip);
+    const double pose_guess = kind == MotionKind::weights ? 0.1 : goal.guess();
+    std::vector<RigidPose> poses = head_poses(clip, kind, reference, task.plan.frames, goal.guess());
+    const double spread = poses.empty() ? 0 : pose_spread(poses, around);
+    if (spread < 0.5 * pose_guess) poses.clear();
+    // Of a head that hardly moves, the "pose" is mostly what its skin does: only the bits tell whether it is worth sending.
+    const bool nearly_still = !poses.empty() && clip.head_pose.empty() && spread < kNearlyStill * pose_guess;
 
-    const Vec3 centre = around.colwise().mean();
-    const double radius = std::max(1.0, std::sqrt(double((around.rowwise() - centre.transpose()).rowwise().squaredNorm().mean())));
-    for (int i = 0; i < 3; ++i) task.sides.centre[std::size_t(i)] = centre[i];
-    task.sides.translation_step = float(0.6 * pose_guess);
-    task.sides.rotation_step = float(0.6 * pose_guess / radius);
-    task.sides.gaze_step = 0.005f;
-
-    MotionMatrix matrix;
-    if (task.shape.presence) matrix = motion_matrix(clip, kind, reference, poses);
-    task.presence = std::move(matrix.presence);
-    settle_sides(task, poses, clip.gaze);
-    if (task.shape.pose) poses = decoded_poses(task);
-
-    report("motion basis", 0, 0);
-    matrix = motion_matrix(clip, kind, reference, kind == MotionKind::weights ? std::vector<RigidPose>() : poses);
-    impute(matrix);
-    const double allowed = guess * guess * double(std::max<std::int64_t>(1, matrix.present));
-    task.components = find_components(matrix.values, 0.01 * allowed, 320);
-    matrix.values.resize(0, 0);
-    if (kind == MotionKind::vertices && clip.neutral) task.triangles = clip.neutral->triangles;
-
-    // Search for the step that just meets what was asked.
-    MotionSearch search(task);
-    const double seconds = double(task.plan.frames) / clip.frame_rate.value();
-    const auto figure = [&](const MotionTrial& trial, const Measured& measured) {
-        switch (asked.what) {
-            case Asked::What::rms: return measured.rms;
-            case Asked::What::peak: return measured.peak;
-            case Asked::What::kbps: return trial.bits() / seconds / 1000;
+    report("motion basis");
+    std::optional<MotionTask> still;
+    if (nearly_still) settle(still.emplace(task), clip, goal, reference, around, {});
+    settle(task, clip, goal, reference, around, std::move(poses));
+    MIEN_TRY(best, meet(goal, clip, task, reference, progress));
+    if (still) {
+        auto answer = meet(goal, clip, *still, reference, progress);
+        if (answer.ok() && better(goal, *answer, best)) {
+            best = std::move(*answer);
+            task = std::move(*still);
         }
-        return 0.0;
-    };
-    // Bits fall and errors grow with the step: `wanted` tells which way the figure has to go.
-    const double direction = asked.what == Asked::What::kbps ? -1 : 1;
-    double step = guess * std::sqrt(12.0 * double(task.shape.points) / double(std::clamp<Eigen::Index>(task.components.vectors.cols(), 4, 24)));
-    std::optional<MotionTrial> best;
-    Measured best_measured;
-    double best_figure = 0, low = 0, high = 0, low_figure = 0, high_figure = 0;
-    constexpr int kTrials = 24;
-    for (int trial_number = 0; trial_number < kTrials; ++trial_number) {
-        report("motion", trial_number, kTrials);
-        MotionTrial trial = search.run(step);
-        const Measured measured = measure(clip, kind, task, trial, reference);
-        const double got = figure(trial, measured);
-        const bool meets = got <= asked.value;
-        if (meets && (!best || (direction > 0 ? trial.bits() < best->bits() : measured.rms < best_measured.rms))) {
-            best = std::move(trial);
-            best_measured = measured;
-            best_figure = got;
-        }
-        const bool too_fine = direction > 0 ? meets : !meets;   // a larger step is allowed or needed
-        if (too_fine) low = step, low_figure = got;
-        else high = step, high_figure = got;
-        if (best && best_figure > 0.996 * asked.value) break;
-        const double ratio = std::max(1e-6, got) / asked.value;
-        if (low > 0 && high > 0) {
-            if (high / low < 1.0005) break;
-            // Between the two on a log-log line, kept off the ends.
-            const double goal = std::log(asked.value * 0.9985);
-            double t = 0.5;
-            const double a = std::log(std::max(1e-9, low_figure)), b = std::log(std::max(1e-9, high_figure));
-            if (std::abs(b - a) > 1e-6 && trial_number % 5 != 4) t = (goal - a) / (b - a);
-            step = std::exp(std::log(low) + std::clamp(t, 0.05, 0.95) * (std::log(high) - std::log(low)));
-        } else {
-            const double move = std::clamp(std::pow(ratio, direction > 0 ? -1.05 : 1.3), 0.1, 10.0);
-            step *= too_fine ? std::max(move, 1.02) : std::min(move, 0.98);
-        }
-        if (step > 1e6 || step < 1e-9) break;
-    }
-    if (!best) {
-        const std::string what = asked.what == Asked::What::rms ? "RMS error" : asked.what == Asked::What::peak ? "peak error" : "bitrate";
-        return Error{ErrorCode::invalid, "the asked " + what + " of " + std::to_string(asked.value) +
-                                             (asked.what == Asked::What::kbps ? " kbit/s" : unit_of(kind)) +
-                                             " cannot be met: this motion needs more"};
     }
 
     EncodedMotion out;
     out.info = {.kind = kind, .count = task.shape.points, .has_pose = task.shape.pose, .has_gaze = task.shape.gaze,
                 .has_presence = task.shape.presence};
-    out.rms = best_measured.rms;
-    out.peak = best_measured.peak;
-    out.bits.probabilities = 8.0 * double(best->stored.probabilities);
-    out.bits.basis = 8.0 * double(best->stored.bytes.size()) - out.bits.probabilities;
+    out.rms = best.errors.rms;
+    out.peak = best.errors.peak;
+    out.bits.probabilities = 8.0 * double(best.trial.stored.probabilities);
+    out.bits.basis = 8.0 * double(best.trial.stored.bytes.size()) - out.bits.probabilities;
     const int sides = task.shape.side_channels();
-    const double side_bits = best->coded.bits.head(sides).sum() + best->coded.presence_bits;
-    const double all_bits = best->coded.bits.sum() + best->coded.presence_bits;
-    const double object_bits = 8.0 * double(best->coded.bytes);
+    const double side_bits = best.trial.coded.bits.head(sides).sum() + best.trial.coded.presence_bits;
+    const double all_bits = best.trial.coded.bits.sum() + best.trial.coded.presence_bits;
+    const double object_bits = 8.0 * double(best.trial.coded.bytes);
     out.bits.pose = all_bits > 0 ? side_bits / all_bits * object_bits : 0;
     out.bits.coefficients = object_bits - out.bits.pose;
-    out.basis = std::move(best->stored.bytes);
-    out.groups = std::move(best->coded.groups);
-    out.state_hashes = std::move(best->coded.state_hashes);
-    report("motion", kTrials, kTrials);
+    out.basis = std::move(best.trial.stored.bytes);
+    out.groups = std::move(best.trial.coded.groups);
+    out.state_hashes = std::move(best.trial.coded.state_hashes);
     return out;
 }
 
