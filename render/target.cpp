@@ -134,6 +134,11 @@ Image Target::read() {
     return image;
 }
 
+void Target::wait() {
+    state_->finish();
+    glFinish();
+}
+
 void Target::present(int window_width, int window_height) {
     State& s = *state_;
     const GLuint source = s.finish();

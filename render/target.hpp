@@ -32,6 +32,8 @@ public:
     void bind() const;      ///< draw calls go here from now on
     void clear();           ///< a picture of nothing: dark grey
     Image read();           ///< RGB, sRGB-encoded, rows from the top
+    /// Finishes the picture and waits until it is there: for measuring.
+    void wait();
     /// Copies the picture into the window's own framebuffer, without scaling when the sizes are equal.
     void present(int window_width, int window_height);
 
