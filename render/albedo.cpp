@@ -30,7 +30,8 @@ void Albedo::allocate(Plane& plane, int width, int height, GLenum format) {
     plane.width = width;
     plane.height = height;
     plane.format = format;
-    const int levels = std::bit_width(unsigned(std::max(width, height)));
+    // Down to 32 texels: nobody sees a face that small, and every level costs a pass.
+    const int levels = std::max(1, int(std::bit_width(unsigned(std::max(width, height)))) - 5);
     const GLuint id = plane.texture.id();
     glTextureStorage2D(id, levels, format, width, height);
     // A CPU pays for every sample, and one level is enough where nothing glides away into the distance.

@@ -33,7 +33,7 @@ struct Target::State {
             glTextureParameteri(view, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
             glTextureParameteri(view, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
             glTextureParameteri(view, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-            edges = gl::make_program(embedded::shaders_backdrop_vert, embedded::shaders_smooth_edges_frag);
+            edges = gl::make_program(embedded::shaders_whole_vert, embedded::shaders_smooth_edges_frag);
             any = gl::make_vertex_array();
         } else {
             colour = gl::make_renderbuffer();
