@@ -213,6 +213,10 @@ void FaceRenderer::draw(const Camera& camera, const Look& look, Target& target) 
     glDisable(GL_SCISSOR_TEST);
     glClearColor(0, 0, 0, 1);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    // A face leaves the box of its neutral shape by a chin's or a brow's way at most.
+    const Vec3 air = Vec3::Constant(0.1f * s.box.diagonal().norm());
+    target.edges_within(s.points ? Eigen::AlignedBox2i(Eigen::Vector2i::Zero(), Eigen::Vector2i(target.width(), target.height()))
+                                 : pixels_of({s.box.min() - air, s.box.max() + air}, s.shape.pose(), camera, target.width(), target.height()));
     if (s.points) {
         const float aspect = float(target.width()) / float(target.height());
         s.points->draw(s.shape.positions(), camera, aspect, target.height(), look.lighting, look.wireframe);
