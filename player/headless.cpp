@@ -1,10 +1,12 @@
 #include "player/headless.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <ctime>
 #include <mutex>
 #include <optional>
@@ -57,6 +59,7 @@ private:
     void show(const PlayFrame& frame);
     Image picture(const render::OrbitCamera& camera, render::Target& target);
     void drawn();
+    void tell(std::int64_t frame) const;
 
     const Options& options_;
     double process_start_;
@@ -133,6 +136,13 @@ Result<PlayFrame> HeadlessRun::frame_at(std::int64_t frame) {
 }
 
 void HeadlessRun::show(const PlayFrame& frame) { face_->show(frame); }
+
+/// Somebody who watches sees that it goes on.
+void HeadlessRun::tell(std::int64_t frame) const {
+    if (!isatty(STDERR_FILENO)) return;
+    fmt::print(stderr, "\rmien-play: frame {} of {}{}", frame - first_ + 1, end_ - first_, frame + 1 < end_ ? "" : "\n");
+    std::fflush(stderr);
+}
 
 void HeadlessRun::drawn() {
     if (statistics_.frames++ == 0) statistics_.startup = steady_seconds() - process_start_;
@@ -249,6 +259,7 @@ Result<void> HeadlessRun::make_movie() {
         while (sheet_ && moment < sheet_->moments().size() && sheet_->moments()[moment] <= frame.frame)
             sheet_moment(int(moment++));
         next = frame.frame + 1;
+        tell(frame.frame);
     }
     movie_->finish();
     return {};
