@@ -145,7 +145,23 @@ bool view_of(const AVFrame& frame, YuvView& view, YuvView::Matrix matrix, bool f
     return true;
 }
 
+namespace {
+
+Image interleaved(const AVFrame& gbr) {
+    Image image(gbr.width, gbr.height, 3);
+    for (int y = 0; y < gbr.height; ++y) {
+        const auto row = [&](int p) { return gbr.data[p] + std::ptrdiff_t(y) * gbr.linesize[p]; };
+        const std::uint8_t *g = row(0), *b = row(1), *r = row(2);
+        std::uint8_t* to = image.at(0, y);
+        for (int x = 0; x < gbr.width; ++x, to += 3) to[0] = r[x], to[1] = g[x], to[2] = b[x];
+    }
+    return image;
+}
+
+}  // namespace
+
 Result<Image> rgb_of(const AVFrame& frame) {
+    if (frame.format == AV_PIX_FMT_GBRP) return interleaved(frame);
     // Nobody said which matrix: broadcast practice is BT.601 for small pictures, BT.709 from 720 lines on.
     const auto matrix =
         frame.height >= 720 || frame.width >= 1280 ? YuvView::Matrix::bt709 : YuvView::Matrix::bt601;

@@ -174,17 +174,19 @@ VideoWriter VideoWriter::lossless(const std::filesystem::path& path, int width, 
     state->width = width;
     state->height = height;
     state->open_file("matroska");
-    state->codec.reset(allocated(avcodec_alloc_context3(avcodec_find_encoder_by_name("ffv1"))));
+    const AVCodec* encoder = avcodec_find_encoder_by_name("libx264rgb");
+    state->codec.reset(allocated(avcodec_alloc_context3(encoder)));
     AVCodecContext& codec = *state->codec;
     codec.width = width;
     codec.height = height;
-    codec.pix_fmt = AV_PIX_FMT_BGR0;
-    codec.level = 3;  // slices: threads on both sides
-    codec.slices = 4;
-    codec.gop_size = 1;
+    codec.pix_fmt = AV_PIX_FMT_RGB24;
+    codec.color_range = AVCOL_RANGE_JPEG;
+    codec.colorspace = AVCOL_SPC_RGB;
+    codec.gop_size = 30;  // what a jump to any picture decodes at most
     AVDictionary* options = nullptr;
-    av_dict_set(&options, "slicecrc", "1", 0);
-    state->open_codec("ffv1", frame_rate, &options);
+    av_dict_set(&options, "preset", "ultrafast", 0);
+    av_dict_set(&options, "qp", "0", 0);
+    state->open_codec("libx264rgb", frame_rate, &options);
     av_dict_free(&options);
     state->start(nullptr);
     return VideoWriter(std::move(state));
@@ -198,13 +200,13 @@ void VideoWriter::write(const Image& picture) {
     frame->width = state.codec->width;
     frame->height = state.codec->height;
     if (av_frame_get_buffer(frame.get(), 0) < 0) throw std::bad_alloc();
-    if (state.codec->pix_fmt == AV_PIX_FMT_BGR0) {
+    if (state.codec->pix_fmt == AV_PIX_FMT_RGB24) {
         const int step = picture.channels, g = step >= 3 ? 1 : 0, b = step >= 3 ? 2 : 0;
         for (int y = 0; y < picture.height; ++y) {
             const std::uint8_t* from = picture.at(0, y);
             std::uint8_t* to = frame->data[0] + std::ptrdiff_t(y) * frame->linesize[0];
-            for (int x = 0; x < picture.width; ++x, from += step, to += 4)
-                to[0] = from[b], to[1] = from[g], to[2] = from[0], to[3] = 0;
+            for (int x = 0; x < picture.width; ++x, from += step, to += 3)
+                to[0] = from[0], to[1] = from[g], to[2] = from[b];
         }
     } else {
         to_yuv(picture, state.yuv);

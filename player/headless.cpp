@@ -1,10 +1,13 @@
 #include "player/headless.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <ctime>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -27,6 +30,12 @@ namespace {
 constexpr std::int64_t kLikenessEvery = 15;   // SSIM of a picture takes longer than drawing it
 constexpr int kTileWidth = 270, kTileHeight = 304;   // of the contact sheet: 2160 pixels across
 
+double processor_seconds() {
+    timespec time{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+    return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
+}
+
 /// One pass over a stream without a window.
 class HeadlessRun {
 public:
@@ -44,11 +53,13 @@ private:
     Result<Sound> fetch_sound();
     Result<void> make_movie();
     Result<void> make_sheet();
+    Result<void> measure();
     Result<void> movie_frame(const PlayFrame& frame, render::Target& target);
     void sheet_moment(int moment);
     void show(const PlayFrame& frame);
     Image picture(const render::OrbitCamera& camera, render::Target& target);
     void drawn();
+    void tell(std::int64_t frame) const;
 
     const Options& options_;
     double process_start_;
@@ -125,6 +136,13 @@ Result<PlayFrame> HeadlessRun::frame_at(std::int64_t frame) {
 }
 
 void HeadlessRun::show(const PlayFrame& frame) { face_->show(frame); }
+
+/// Somebody who watches sees that it goes on.
+void HeadlessRun::tell(std::int64_t frame) const {
+    if (!isatty(STDERR_FILENO)) return;
+    fmt::print(stderr, "\rmien-play: frame {} of {}{}", frame - first_ + 1, end_ - first_, frame + 1 < end_ ? "" : "\n");
+    std::fflush(stderr);
+}
 
 void HeadlessRun::drawn() {
     if (statistics_.frames++ == 0) statistics_.startup = steady_seconds() - process_start_;
@@ -241,8 +259,47 @@ Result<void> HeadlessRun::make_movie() {
         while (sheet_ && moment < sheet_->moments().size() && sheet_->moments()[moment] <= frame.frame)
             sheet_moment(int(moment++));
         next = frame.frame + 1;
+        tell(frame.frame);
     }
     movie_->finish();
+    return {};
+}
+
+/// Draws everything as live playing would, each picture finished before the next is begun.
+Result<void> HeadlessRun::measure() {
+    render::Target target(options_.width, options_.height, render::live_smoothing());
+    const auto camera = [&] { return face_->framing(float(options_.width) / float(options_.height), options_.view).camera(); };
+    go_to(first_);
+    {   // The first frame also pays for compiling shaders.
+        MIEN_TRY(frame, next_frame());
+        show(frame);
+        face_->draw(camera(), {}, target);
+        target.wait();
+        drawn();
+    }
+    Statistics::FrameCost cost;
+    const double begin = steady_seconds(), processor = processor_seconds();
+    double now = begin;
+    const auto lap = [&] {
+        const double before = std::exchange(now, steady_seconds());
+        return 1000 * (now - before);
+    };
+    while (first_ + statistics_.frames < end_) {
+        MIEN_TRY(frame, next_frame());
+        cost.wait += lap();
+        show(frame);
+        cost.upload += lap();
+        face_->draw(camera(), {}, target);
+        target.wait();
+        cost.draw += lap();
+        drawn();
+    }
+    const double frames = double(statistics_.frames - 1);
+    if (frames < 1) return Error{ErrorCode::invalid, "measuring takes two frames at least"};
+    cost.processor = 1000 * (processor_seconds() - processor);
+    for (double* sum : {&cost.wait, &cost.upload, &cost.draw, &cost.processor}) *sum /= frames;
+    statistics_.cost = cost;
+    statistics_.frames_per_second = frames / (now - begin);
     return {};
 }
 
@@ -253,6 +310,7 @@ Result<void> HeadlessRun::run() {
         sheet_target_.emplace(kTileWidth, kTileHeight, render::Smoothing::supersample);
     }
     if (wants_png()) MIEN_CHECK(make_picture());
+    if (options_.benchmark) MIEN_CHECK(measure());
     if (wants_movie()) {
         MIEN_CHECK(make_movie());
     } else if (sheet_) {
@@ -265,6 +323,7 @@ Result<void> HeadlessRun::run() {
         statistics_.rendered_ssim = likeness_->ssim();
     }
     session_.collect(statistics_);
+    if (options_.benchmark) fmt::print("{}", to_json(statistics_));
     if (!options_.stats.empty()) write_json(options_.stats, statistics_);
     return {};
 }

@@ -61,6 +61,7 @@ int main(int argc, char** argv) {
     app.add_option("-o,--output", options.output, "headless: a .png or .mp4");
     app.add_option("--sheet", options.sheet, "headless: a contact sheet PNG, 8 moments from 3 sides");
     app.add_option("--compare", options.compare, "headless: clip folder with the truth, shown at the left");
+    app.add_flag("--benchmark", options.benchmark, "headless: draw every frame as fast as it goes and print the figures");
     app.add_option("--stats-json", options.stats, "write figures of the run");
     app.add_option("--view", view, "front, left or right (the actor's own side)")->check(CLI::IsMember({"front", "left", "right"}));
     app.add_option("--size", size, "WxH of the picture or window")->check([&](const std::string& s) { return check_size(s, options); });
@@ -97,7 +98,10 @@ int main(int argc, char** argv) {
         if (options.list) return list_streams(options.input);
         if (options.headless) {
             if (options.input.empty()) return complain("nothing to play: give a mien:// URL or a file");
-            if (options.output.empty() && options.sheet.empty()) return complain("--headless needs --output or --sheet");
+            if (options.output.empty() && options.sheet.empty() && !options.benchmark)
+                return complain("--headless needs --output, --sheet or --benchmark");
+            if (options.benchmark && (!options.output.empty() || !options.sheet.empty() || !options.compare.empty()))
+                return complain("--benchmark only measures: leave out --output, --sheet and --compare");
             const auto ending = options.output.extension();
             if (!options.output.empty() && ending != ".png" && ending != ".mp4")
                 return complain("--output writes .png or .mp4");
@@ -105,6 +109,7 @@ int main(int argc, char** argv) {
         }
         for (const auto* path : {&options.output, &options.sheet, &options.compare})
             if (!path->empty()) return complain("--output, --sheet and --compare need --headless");
+        if (options.benchmark) return complain("--benchmark needs --headless");
         return player::run_window(options, process_start);
     } catch (const EnvironmentError& error) {
         fmt::print(stderr, "mien-play: {}\n", error.what());

@@ -13,6 +13,7 @@ namespace mien::player {
 struct Options {
     std::string input;                                   ///< mien:// URL or a file
     bool headless = false;
+    bool benchmark = false;                              ///< headless: draw everything, keep nothing, print figures
     std::filesystem::path output;                        ///< .png or .mp4
     std::filesystem::path sheet;                         ///< contact sheet PNG
     std::filesystem::path compare;                       ///< clip folder with the truth

@@ -30,6 +30,9 @@ std::string to_json(const Statistics& s) {
         {"round_trip_s", s.source.round_trip},
         {"renderer", s.renderer},
     };
+    if (s.cost)
+        json["milliseconds_per_frame"] = {
+            {"wait", s.cost->wait}, {"upload", s.cost->upload}, {"draw", s.cost->draw}, {"processor", s.cost->processor}};
     if (s.rendered_psnr) json["rendered_psnr_y_db"] = *s.rendered_psnr;
     if (s.rendered_ssim) json["rendered_ssim"] = *s.rendered_ssim;
     return json.dump(2) + "\n";

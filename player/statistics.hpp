@@ -19,6 +19,15 @@ struct Statistics {
     std::uint64_t damaged_groups = 0;
     std::uint64_t motion_bytes = 0, texture_bytes = 0, sound_bytes = 0;   ///< of objects
     net::SourceStatistics source;
+    /// Means per frame of --benchmark, ms. The first three follow each other on one thread; `processor` is what all
+    /// threads of the process took, decoding included.
+    struct FrameCost {
+        double wait = 0;      ///< for the next decoded frame
+        double upload = 0;    ///< of coefficients and texture
+        double draw = 0;      ///< shape, shadow, face, smoothing, until the picture is there
+        double processor = 0;
+    };
+    std::optional<FrameCost> cost;
     std::string renderer;
     /// Of the received against the truth pictures, --compare.
     std::optional<double> rendered_psnr, rendered_ssim;

@@ -30,7 +30,8 @@ void Albedo::allocate(Plane& plane, int width, int height, GLenum format) {
     plane.width = width;
     plane.height = height;
     plane.format = format;
-    const int levels = std::bit_width(unsigned(std::max(width, height)));
+    // Down to 32 texels: nobody sees a face that small, and every level costs a pass.
+    const int levels = std::max(1, int(std::bit_width(unsigned(std::max(width, height)))) - 5);
     const GLuint id = plane.texture.id();
     glTextureStorage2D(id, levels, format, width, height);
     // A CPU pays for every sample, and one level is enough where nothing glides away into the distance.
@@ -44,15 +45,24 @@ void Albedo::set(const YuvView& picture) {
     assert(picture.width > 0 && picture.height > 0);
     kind_ = Kind::yuv;
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    for (int i = 0; i < 3; ++i) {
-        const int width = i == 0 ? picture.width : picture.chroma_width;
-        const int height = i == 0 ? picture.height : picture.chroma_height;
-        allocate(planes_[i], width, height, GL_R8);
-        glPixelStorei(GL_UNPACK_ROW_LENGTH, picture.strides[i]);
-        glTextureSubImage2D(planes_[i].texture.id(), 0, 0, 0, width, height, GL_RED, GL_UNSIGNED_BYTE, picture.planes[i]);
-        glGenerateTextureMipmap(planes_[i].texture.id());
+    allocate(luma_, picture.width, picture.height, GL_R8);
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, picture.strides[0]);
+    glTextureSubImage2D(luma_.texture.id(), 0, 0, 0, picture.width, picture.height, GL_RED, GL_UNSIGNED_BYTE, picture.planes[0]);
+    glGenerateTextureMipmap(luma_.texture.id());
+
+    // Both colour differences in one texture: one look-up a fragment less.
+    const int width = picture.chroma_width, height = picture.chroma_height;
+    pairs_.resize(std::size_t(width) * height * 2);
+    for (int y = 0; y < height; ++y) {
+        const std::uint8_t* blue = picture.planes[1] + std::ptrdiff_t(y) * picture.strides[1];
+        const std::uint8_t* red = picture.planes[2] + std::ptrdiff_t(y) * picture.strides[2];
+        std::uint8_t* pair = pairs_.data() + std::size_t(y) * width * 2;
+        for (int x = 0; x < width; ++x) pair[2 * x] = blue[x], pair[2 * x + 1] = red[x];
     }
+    allocate(chroma_, width, height, GL_RG8);
     glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+    glTextureSubImage2D(chroma_.texture.id(), 0, 0, 0, width, height, GL_RG, GL_UNSIGNED_BYTE, pairs_.data());
+    glGenerateTextureMipmap(chroma_.texture.id());
     conversion(picture.matrix, picture.full_range, to_rgb_, offset_);
     // OpenGL takes chroma samples as centred on the luma they cover; half a luma sample puts right those that lie on the
     // left column or the top row.
@@ -85,7 +95,8 @@ void Albedo::set(const Image& picture) {
 void Albedo::apply(gl::Program& program) const {
     if (kind_ == Kind::rgb) glBindTextureUnit(0, picture_.texture.id());
     if (kind_ != Kind::yuv) return;
-    for (int i = 0; i < 3; ++i) glBindTextureUnit(GLuint(i), planes_[i].texture.id());
+    glBindTextureUnit(0, luma_.texture.id());
+    glBindTextureUnit(1, chroma_.texture.id());
     program.set("to_rgb", to_rgb_);
     program.set("yuv_offset", offset_);
     program.set("chroma_place", chroma_place_);

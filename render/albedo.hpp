@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "core/image.hpp"
 #include "render/gl.hpp"
 
@@ -15,7 +17,7 @@ public:
     void clear() { kind_ = Kind::none; }
 
     Kind kind() const { return kind_; }
-    /// Binds textures 0..2 and sets the uniforms of albedo sampling.
+    /// Binds textures 0 and 1 and sets the uniforms of albedo sampling.
     void apply(gl::Program& program) const;
     static const char* defines(Kind kind);
 
@@ -28,7 +30,8 @@ private:
     void allocate(Plane& plane, int width, int height, GLenum format);
 
     Kind kind_ = Kind::none;
-    Plane planes_[3];
+    Plane luma_, chroma_;             ///< chroma_: Cb and Cr side by side
+    std::vector<std::uint8_t> pairs_; ///< of chroma_, on the way there
     Plane picture_;
     Eigen::Matrix3f to_rgb_ = Eigen::Matrix3f::Identity();
     Vec3 offset_ = Vec3::Zero();

@@ -77,4 +77,20 @@ Eigen::AlignedBox3f bounding_box(PointsRef points) {
     return box;
 }
 
+Eigen::AlignedBox2i pixels_of(const Eigen::AlignedBox3f& box, const RigidPose& pose, const Camera& camera, int width, int height) {
+    const Eigen::AlignedBox2i all(Eigen::Vector2i::Zero(), Eigen::Vector2i(width, height));
+    const Eigen::Matrix4f project = camera.projection(float(width) / float(height)) * camera.view();
+    Eigen::AlignedBox2f covered;
+    for (int i = 0; i < 8; ++i) {
+        const Vec3 corner = pose.apply(box.corner(Eigen::AlignedBox3f::CornerType(i)));
+        const Eigen::Vector4f clip = project * corner.homogeneous();
+        if (clip.w() < camera.near) return all;
+        covered.extend(((clip.head<2>() / clip.w()).array() * 0.5f + 0.5f).matrix());
+    }
+    const Eigen::Array2f size{float(width), float(height)};
+    const auto whole = [&](const Vec2& p) { return (p.array() * size).max(-1.0f).min(size + 1).cast<int>().matrix().eval(); };
+    Eigen::AlignedBox2i pixels(whole(covered.min()), whole(covered.max()) + Eigen::Vector2i::Ones());
+    return pixels.intersection(all);
+}
+
 }  // namespace mien::render

@@ -21,6 +21,9 @@ struct Camera {
     Eigen::Matrix4f projection(float aspect) const;
 };
 
+/// The pixels, from the lower left, that a box (mm) can cover in a picture of that size: all where it reaches behind the eye.
+Eigen::AlignedBox2i pixels_of(const Eigen::AlignedBox3f& box, const RigidPose& pose, const Camera& camera, int width, int height);
+
 /// left, right: the actor's own side turns to the camera.
 enum class View { front, left, right };
 inline constexpr float kSideYaw = 0.70f;   // 40 degrees: both eyes still show

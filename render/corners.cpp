@@ -134,8 +134,15 @@ Corners make_corners(const model::FaceModel& model) {
     Corners result;
     std::map<std::tuple<std::uint32_t, std::uint32_t>, std::uint32_t> known;
     for (const Surface surface : kDrawingOrder) {
-        const std::vector<std::uint32_t>& members = by_surface[surface];
+        std::vector<std::uint32_t>& members = by_surface[surface];
         if (members.empty()) continue;
+        // What faces the front first: seen from the front half, much of the rest then fails the depth test unshaded. No
+        // finer order, since neighbours in the list share their vertices' work.
+        std::stable_partition(members.begin(), members.end(), [&](std::uint32_t t) {
+            const Triangle& v = mesh.triangles[t];
+            const Vec3 a = mesh.positions.row(v[0]), b = mesh.positions.row(v[1]), c = mesh.positions.row(v[2]);
+            return (b - a).cross(c - a).z() > 0;
+        });
         Batch batch{surface, inside_picture(mesh, members), std::uint32_t(result.indices.size()), 0};
         for (const std::uint32_t t : members)
             for (int i = 0; i < 3; ++i) {

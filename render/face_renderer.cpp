@@ -39,8 +39,12 @@ struct FaceRenderer::State {
             corners = gl::make_buffer(sizeof(Corner) * made.corners.size(), made.corners.data());
             indices = gl::make_buffer(sizeof(std::uint32_t) * made.indices.size(), made.indices.data());
             index_count = GLsizei(made.indices.size());
+            std::vector<std::uint32_t> vertices;
+            for (const std::uint32_t corner : made.indices) vertices.push_back(made.corners[corner].vertex);
+            caster_indices = gl::make_buffer(sizeof(std::uint32_t) * vertices.size(), vertices.data());
             neutral = gl::make_buffer(sizeof(float) * model.neutral.positions.size(), model.neutral.positions.data());
             make_layout();
+            make_casters();
         }
         any = gl::make_vertex_array();
         backdrop = gl::make_program(embedded::shaders_backdrop_vert, embedded::shaders_backdrop_frag);
@@ -58,6 +62,17 @@ struct FaceRenderer::State {
             glVertexArrayAttribBinding(id, attribute, 0);
             glEnableVertexArrayAttrib(id, attribute);
         }
+    }
+
+    /// Shadows need positions alone, which come as they lie, without the way over the corners.
+    void make_casters() {
+        casters = gl::make_vertex_array();
+        const GLuint id = casters.id();
+        glVertexArrayVertexBuffer(id, 0, shape.positions().id(), 0, 3 * sizeof(float));
+        glVertexArrayElementBuffer(id, caster_indices.id());
+        glVertexArrayAttribFormat(id, 0, 3, GL_FLOAT, GL_FALSE, 0);
+        glVertexArrayAttribBinding(id, 0, 0);
+        glEnableVertexArrayAttrib(id, 0);
     }
 
     gl::Program& program(Surface surface, Albedo::Kind kind) {
@@ -85,9 +100,9 @@ struct FaceRenderer::State {
     ShapeSteps formed;
 
     std::vector<Batch> batches;
-    gl::Buffer corners, indices, neutral;
+    gl::Buffer corners, indices, caster_indices, neutral;
     GLsizei index_count = 0;
-    gl::VertexArray layout, any;
+    gl::VertexArray layout, casters, any;
     std::map<std::pair<Surface, Albedo::Kind>, gl::Program> programs;
     std::optional<PointCloud> points;
     std::optional<ShadowMap> shadow;       // made when first wanted
@@ -130,7 +145,7 @@ void FaceRenderer::State::draw_face(const Camera& camera, const Look& look, cons
         if (!shadow) shadow.emplace();
         const Vec3 centre = shape.pose().apply(box.center());
         light_projection = ShadowMap::projection(look.lighting.lights[0].towards, centre, box.diagonal().norm() * 0.55f);
-        shadow->draw(shape.positions(), layout, index_count, light_projection);
+        shadow->draw(casters, index_count, light_projection);
         target.bind();
     }
     const Eigen::Matrix4f view_projection =
@@ -198,6 +213,10 @@ void FaceRenderer::draw(const Camera& camera, const Look& look, Target& target) 
     glDisable(GL_SCISSOR_TEST);
     glClearColor(0, 0, 0, 1);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    // A face leaves the box of its neutral shape by a chin's or a brow's way at most.
+    const Vec3 air = Vec3::Constant(0.1f * s.box.diagonal().norm());
+    target.edges_within(s.points ? Eigen::AlignedBox2i(Eigen::Vector2i::Zero(), Eigen::Vector2i(target.width(), target.height()))
+                                 : pixels_of({s.box.min() - air, s.box.max() + air}, s.shape.pose(), camera, target.width(), target.height()));
     if (s.points) {
         const float aspect = float(target.width()) / float(target.height());
         s.points->draw(s.shape.positions(), camera, aspect, target.height(), look.lighting, look.wireframe);
@@ -205,9 +224,12 @@ void FaceRenderer::draw(const Camera& camera, const Look& look, Target& target) 
         s.draw_face(camera, look, target);
     }
     if (look.backdrop) {  // last: only where nothing hides it
+        constexpr GLsizei kBackdropCorners = 6 * 32 * 32;   // backdrop.vert's grid
+        glDisable(GL_FRAMEBUFFER_SRGB);   // its colours are encoded already
         s.backdrop.use();
         glBindVertexArray(s.any.id());
-        glDrawArrays(GL_TRIANGLES, 0, 3);
+        glDrawArrays(GL_TRIANGLES, 0, kBackdropCorners);
+        glEnable(GL_FRAMEBUFFER_SRGB);
     }
 }
 

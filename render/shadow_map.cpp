@@ -36,13 +36,11 @@ Eigen::Matrix4f ShadowMap::projection(const Vec3& towards_light, const Vec3& cen
     return m;
 }
 
-void ShadowMap::draw(const gl::Buffer& positions, const gl::VertexArray& layout, GLsizei index_count,
-                     const Eigen::Matrix4f& projection) {
+void ShadowMap::draw(const gl::VertexArray& casters, GLsizei index_count, const Eigen::Matrix4f& projection) {
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.id());
     glViewport(0, 0, kSide, kSide);
     glClear(GL_DEPTH_BUFFER_BIT);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, positions.id());
-    glBindVertexArray(layout.id());
+    glBindVertexArray(casters.id());
     program_.set("light_projection", projection);
     program_.use();
     glEnable(GL_POLYGON_OFFSET_FILL);

@@ -12,8 +12,7 @@ public:
     /// Clip-space matrix of a far light over a sphere of the scene (mm).
     static Eigen::Matrix4f projection(const Vec3& towards_light, const Vec3& centre, float radius);
 
-    void draw(const gl::Buffer& positions, const gl::VertexArray& layout, GLsizei index_count,
-              const Eigen::Matrix4f& projection);
+    void draw(const gl::VertexArray& casters, GLsizei index_count, const Eigen::Matrix4f& projection);
 
 private:
     gl::Texture depth_;

@@ -36,7 +36,7 @@ const std::vector<Triangle>& triangles_of(const model::FaceModel& model) {
 
 void dispatch(int count) {
     glDispatchCompute(GLuint(count + kGroupSize - 1) / kGroupSize, 1, 1);
-    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_VERTEX_ATTRIB_ARRAY_BARRIER_BIT);
 }
 
 Points read_points(const gl::Buffer& buffer, int count) {

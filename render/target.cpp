@@ -18,6 +18,7 @@ struct Target::State {
     gl::Renderbuffer colour, depth, resolved_colour;
     gl::Texture colour_texture, colour_encoded;   // Smoothing::edges: the drawn picture, and its bytes as they are
     gl::Program edges;
+    Eigen::AlignedBox2i edge_box;
     gl::VertexArray any;
 
     void attach_colour(int samples) {
@@ -33,7 +34,7 @@ struct Target::State {
             glTextureParameteri(view, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
             glTextureParameteri(view, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
             glTextureParameteri(view, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-            edges = gl::make_program(embedded::shaders_backdrop_vert, embedded::shaders_smooth_edges_frag);
+            edges = gl::make_program(embedded::shaders_whole_vert, embedded::shaders_smooth_edges_frag);
             any = gl::make_vertex_array();
         } else {
             colour = gl::make_renderbuffer();
@@ -46,8 +47,14 @@ struct Target::State {
     GLuint finish() {
         if (smoothing == Smoothing::none) return drawn.id();
         if (smoothing == Smoothing::edges) {
+            glCopyImageSubData(colour_texture.id(), GL_TEXTURE_2D, 0, 0, 0, 0, resolved_colour.id(), GL_RENDERBUFFER, 0, 0, 0, 0,
+                               width, height, 1);
+            if (edge_box.isEmpty()) return resolved.id();
             glBindFramebuffer(GL_FRAMEBUFFER, resolved.id());
             glViewport(0, 0, width, height);
+            const Eigen::Vector2i size = edge_box.sizes();
+            glEnable(GL_SCISSOR_TEST);
+            glScissor(edge_box.min().x(), edge_box.min().y(), size.x(), size.y());
             glDisable(GL_FRAMEBUFFER_SRGB);   // the bytes are encoded already
             glDisable(GL_DEPTH_TEST);
             glDisable(GL_BLEND);
@@ -55,6 +62,7 @@ struct Target::State {
             edges.use();
             glBindVertexArray(any.id());
             glDrawArrays(GL_TRIANGLES, 0, 3);
+            glDisable(GL_SCISSOR_TEST);
             return resolved.id();
         }
         glEnable(GL_FRAMEBUFFER_SRGB);   // samples are averaged as light
@@ -107,8 +115,13 @@ void Target::bind() const {
     glViewport(0, 0, state_->width * state_->scale, state_->height * state_->scale);
 }
 
+void Target::edges_within(const Eigen::AlignedBox2i& pixels) {
+    state_->edge_box = pixels.intersection({Eigen::Vector2i::Zero(), Eigen::Vector2i(width(), height())});
+}
+
 void Target::clear() {
     bind();
+    edges_within({});
     glEnable(GL_FRAMEBUFFER_SRGB);
     glClearColor(0.02f, 0.02f, 0.02f, 1);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
@@ -132,6 +145,11 @@ Image Target::read() {
         }
     }
     return image;
+}
+
+void Target::wait() {
+    state_->finish();
+    glFinish();
 }
 
 void Target::present(int window_width, int window_height) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <memory>
 
 #include "core/image.hpp"
@@ -30,8 +31,12 @@ public:
     int height() const;
     Smoothing smoothing() const;
     void bind() const;      ///< draw calls go here from now on
+    /// What is drawn next has its edges in here: pixels, from the lower left. Smoothing::edges looks nowhere else.
+    void edges_within(const Eigen::AlignedBox2i& pixels);
     void clear();           ///< a picture of nothing: dark grey
     Image read();           ///< RGB, sRGB-encoded, rows from the top
+    /// Finishes the picture and waits until it is there: for measuring.
+    void wait();
     /// Copies the picture into the window's own framebuffer, without scaling when the sizes are equal.
     void present(int window_width, int window_height);
 

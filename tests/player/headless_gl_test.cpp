@@ -68,6 +68,19 @@ TEST_F(HeadlessGLTest, AMovieASheetAndFiguresComeInOnePass) {
     for (const char* track : {"motion", "texture", "sound"}) EXPECT_GT(json["bytes"][track], 0) << track;
 }
 
+TEST_F(HeadlessGLTest, ABenchmarkDrawsEveryFrameAndSaysWhatEachCosts) {
+    options_.benchmark = true;
+    ASSERT_EQ(run_headless(options_, steady_seconds()), 0);
+    std::ifstream file(options_.stats);
+    const auto json = nlohmann::json::parse(file);
+    EXPECT_EQ(json["frames"], kFrames);
+    EXPECT_GT(json["frames_per_second"], 0);
+    const auto& cost = json["milliseconds_per_frame"];
+    for (const char* part : {"upload", "draw", "processor"}) EXPECT_GT(cost[part], 0) << part;
+    const double sum = cost["wait"].get<double>() + cost["upload"].get<double>() + cost["draw"].get<double>();
+    EXPECT_NEAR(sum, 1000 / json["frames_per_second"].get<double>(), 1e-6 * sum) << "nothing between the parts is left out";
+}
+
 TEST_F(HeadlessGLTest, WhatIsWrongIsAnExitCode) {
     options_.output = folder_.path() / "x.png";
     options_.time = 100;

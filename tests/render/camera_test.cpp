@@ -100,5 +100,30 @@ TEST(Corners, PartsOutsideThePictureAreNotTextured) {
     EXPECT_FALSE(corners.batches[1].textured);
 }
 
+TEST(PixelsOf, HoldWhateverTheCameraShowsOfABox) {
+    const Eigen::AlignedBox3f box(Vec3(-50, -20, -30), Vec3(10, 90, 40));
+    RigidPose pose;
+    pose.translation = Vec3(5, -8, 12);
+    pose.rotation = Eigen::AngleAxisf(0.4f, Vec3(0.3f, 1, 0.2f).normalized());
+    Camera camera;
+    camera.eye = Vec3(100, 50, 500);
+    constexpr int kWidth = 320, kHeight = 200;
+    const Eigen::AlignedBox2i pixels = pixels_of(box, pose, camera, kWidth, kHeight);
+    const Eigen::Matrix4f project = camera.projection(float(kWidth) / kHeight) * camera.view();
+    for (int i = 0; i < 1000; ++i) {
+        const Vec3 share((i % 10) / 9.0f, (i / 10 % 10) / 9.0f, (i / 100) / 9.0f);
+        const Vec3 inside = box.min() + share.cwiseProduct(box.sizes());
+        const Eigen::Vector4f clip = project * pose.apply(inside).homogeneous();
+        const float x = (clip.x() / clip.w() * 0.5f + 0.5f) * kWidth, y = (clip.y() / clip.w() * 0.5f + 0.5f) * kHeight;
+        ASSERT_TRUE(x >= pixels.min().x() && x <= pixels.max().x() && y >= pixels.min().y() && y <= pixels.max().y()) << x << ' ' << y;
+    }
+    EXPECT_LT(pixels.sizes().prod(), kWidth * kHeight / 3) << "and not much more";
+
+    camera.eye = Vec3(0, 0, 30);   // among it
+    EXPECT_EQ(pixels_of(box, {}, camera, kWidth, kHeight).sizes(), Eigen::Vector2i(kWidth, kHeight));
+    camera.eye = Vec3(0, 5000, 500), camera.target = Vec3(0, 5000, 0);   // looking past it
+    EXPECT_TRUE(pixels_of(box, {}, camera, kWidth, kHeight).isEmpty() || pixels_of(box, {}, camera, kWidth, kHeight).volume() == 0);
+}
+
 }  // namespace
 }  // namespace mien::render
