@@ -17,6 +17,8 @@ class StoredStream {
 public:
     /// Errors name the file. `missing` when it is not there.
     static Result<StoredStream> open(const std::filesystem::path& path);
+    /// The same for a stream file in memory.
+    static Result<StoredStream> from_bytes(std::shared_ptr<const Bytes> bytes);
 
     const protocol::StreamFileReader& reader() const { return *reader_; }
     const protocol::StreamHeader& header() const { return reader_->header(); }
@@ -29,6 +31,8 @@ public:
     Result<decoder::MotionDecoder> motion_decoder(const model::FaceModel& model) const;
 
 private:
+    static Result<StoredStream> load(protocol::StreamFileReader reader);
+
     std::shared_ptr<protocol::StreamFileReader> reader_;
     std::map<Hash, Bytes> blobs_;
 };
