@@ -21,7 +21,7 @@ void add_draco(GeometryCodecs& list) {
     for (const char* name : {"draco-cloud-delta", "draco-animation", "draco-mesh-best", "draco-mesh-default"})
         list.absent.emplace_back(name, "Draco was not there when the bench was configured");
 }
-std::uint64_t draco_connectivity_bytes(const Mesh&) { return 0; }
+std::uint64_t draco_connectivity_bytes(const Mesh&, bool) { return 0; }
 #endif
 
 }  // namespace mien::bench

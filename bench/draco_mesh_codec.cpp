@@ -10,7 +10,7 @@
 #include "bench/draco.hpp"
 
 // A mesh a frame. Draco sorts vertices as it walks the triangles; the triangles are the same in every frame, so the new order
-// is too, and it is learnt once from a mesh that also carries each vertex's number.
+// is too, and it is learnt once from a mesh whose positions spell each vertex's number.
 namespace mien::bench {
 namespace {
 
@@ -31,25 +31,20 @@ Grid grid_of(const GeometryInput& input, double step) {
     return grid;
 }
 
-template <class Value>
-void add_attribute(draco::Mesh& mesh, draco::GeometryAttribute::Type type, draco::DataType kind, int components, const Value* values) {
-    draco::GeometryAttribute attribute;
-    attribute.Init(type, nullptr, std::uint8_t(components), kind, false, std::int64_t(sizeof(Value)) * components, 0);
-    const int id = mesh.AddAttribute(attribute, true, mesh.num_points());
-    for (std::uint32_t p = 0; p < mesh.num_points(); ++p)
-        mesh.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(p), values + std::size_t(p) * std::size_t(components));
-}
-
 void fill(draco::Mesh& mesh, const float* positions, std::int64_t points, std::span<const Triangle> triangles) {
     mesh.set_num_points(std::uint32_t(points));
     for (const Triangle& t : triangles) mesh.AddFace({draco::PointIndex(t[0]), draco::PointIndex(t[1]), draco::PointIndex(t[2])});
-    add_attribute(mesh, draco::GeometryAttribute::POSITION, draco::DT_FLOAT32, 3, positions);
+    draco::GeometryAttribute attribute;
+    attribute.Init(draco::GeometryAttribute::POSITION, nullptr, 3, draco::DT_FLOAT32, false, 12, 0);
+    const int id = mesh.AddAttribute(attribute, true, mesh.num_points());
+    for (std::uint32_t p = 0; p < mesh.num_points(); ++p)
+        mesh.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(p), positions + std::size_t(p) * 3);
 }
 
-Result<Bytes> encode_mesh(const draco::Mesh& mesh, const Grid& grid, int speed) {
+Result<Bytes> encode_mesh(const draco::Mesh& mesh, const Grid& grid, int speed, int method = draco::MESH_EDGEBREAKER_ENCODING) {
     draco::Encoder encoder;
     encoder.SetSpeedOptions(speed, speed);
-    encoder.SetEncodingMethod(draco::MESH_EDGEBREAKER_ENCODING);
+    encoder.SetEncodingMethod(method);
     encoder.SetAttributeExplicitQuantization(draco::GeometryAttribute::POSITION, grid.bits, 3, grid.origin.data(), grid.range);
     draco::EncoderBuffer buffer;
     const draco::Status status = encoder.EncodeMeshToBuffer(mesh, &buffer);
@@ -68,19 +63,26 @@ Result<std::unique_ptr<draco::Mesh>> decode_mesh(const Bytes& bytes) {
 }
 
 /// For every point as decoded, its vertex.
-Result<std::vector<std::uint32_t>> decoded_order(const GeometryInput& input, const Grid& grid, int speed) {
+Result<std::vector<std::uint32_t>> decoded_order(const GeometryInput& input, int speed) {
+    constexpr int kDigitBits = 12;
+    constexpr std::uint32_t kDigits = 1u << kDigitBits;
+    std::vector<float> numbers(std::size_t(input.points) * 3);
+    for (std::uint32_t v = 0; v < std::uint32_t(input.points); ++v) {
+        numbers[3 * std::size_t(v)] = float(v % kDigits);
+        numbers[3 * std::size_t(v) + 1] = float(v / kDigits);
+    }
     draco::Mesh mesh;
-    fill(mesh, input.frame(0), input.points, input.triangles);
-    std::vector<std::uint32_t> numbers(std::size_t(input.points));
-    for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = std::uint32_t(i);
-    add_attribute(mesh, draco::GeometryAttribute::GENERIC, draco::DT_UINT32, 1, numbers.data());
+    fill(mesh, numbers.data(), input.points, input.triangles);
+    const Grid grid{{}, float(kDigits - 1), kDigitBits};
     MIEN_TRY(bytes, encode_mesh(mesh, grid, speed));
     MIEN_TRY(decoded, decode_mesh(bytes));
-    const draco::PointAttribute* stored = decoded->GetNamedAttribute(draco::GeometryAttribute::GENERIC);
+    const draco::PointAttribute* stored = decoded->GetNamedAttribute(draco::GeometryAttribute::POSITION);
     std::vector<std::uint32_t> order(decoded->num_points());
-    std::vector<std::uint8_t> seen(numbers.size());
+    std::vector<std::uint8_t> seen(std::size_t(input.points));
     for (std::uint32_t p = 0; p < order.size(); ++p) {
-        stored->GetMappedValue(draco::PointIndex(p), &order[p]);
+        float digits[3];
+        stored->GetMappedValue(draco::PointIndex(p), digits);
+        order[p] = std::uint32_t(std::lround(digits[0])) + kDigits * std::uint32_t(std::lround(digits[1]));
         if (order[p] >= seen.size()) return Error{ErrorCode::damaged, "Draco gives vertex numbers back changed"};
         seen[order[p]] = 1;
     }
@@ -123,7 +125,7 @@ public:
     }
     Result<std::unique_ptr<GeometryStream>> encode(const GeometryInput& input, double rms) const override {
         const Grid grid = grid_of(input, input.step(rms));
-        MIEN_TRY(order, decoded_order(input, grid, speed_));
+        MIEN_TRY(order, decoded_order(input, speed_));
         std::vector<Bytes> packets;
         for (std::int64_t f = 0; f < input.frames; ++f) {
             draco::Mesh mesh;
@@ -142,12 +144,12 @@ private:
 
 std::unique_ptr<GeometryCodec> draco_mesh_codec(bool best) { return std::make_unique<DracoMeshCodec>(best); }
 
-std::uint64_t draco_connectivity_bytes(const Mesh& neutral) {
+std::uint64_t draco_connectivity_bytes(const Mesh& neutral, bool keep_order) {
     // All vertices in one place: what is left is the triangles and a few bytes of header.
     const std::vector<float> nowhere(std::size_t(neutral.vertex_count()) * 3);
     draco::Mesh mesh;
     fill(mesh, nowhere.data(), neutral.vertex_count(), neutral.triangles);
-    const auto bytes = encode_mesh(mesh, Grid{}, 0);
+    const auto bytes = encode_mesh(mesh, Grid{}, 0, keep_order ? draco::MESH_SEQUENTIAL_ENCODING : draco::MESH_EDGEBREAKER_ENCODING);
     return bytes.ok() ? bytes->size() : 0;
 }
 

@@ -78,7 +78,8 @@ void add_compressed_deltas(GeometryCodecs& list);
 void add_draco(GeometryCodecs& list);
 void add_meshoptimizer(GeometryCodecs& list);
 
-/// Bytes that Draco needs for the triangles alone; 0 when this build has no Draco or it refuses the mesh.
-std::uint64_t draco_connectivity_bytes(const Mesh& mesh);
+/// Bytes that Draco needs for the triangles alone; 0 when this build has no Draco or it refuses the mesh. keep_order: vertices
+/// and triangles come back in their order (sequential coding), else in one of Draco's own (edgebreaker).
+std::uint64_t draco_connectivity_bytes(const Mesh& mesh, bool keep_order);
 
 }  // namespace mien::bench

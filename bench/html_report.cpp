@@ -34,21 +34,25 @@ svg:hover .series:not(:hover) { opacity: 0.35; }
 table { border-collapse: collapse; width: 100%; font-size: 13.5px; font-variant-numeric: tabular-nums; }
 th, td { padding: 6px 12px; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--line); }
 th { font-weight: 600; color: var(--soft); } tr:last-child td { border-bottom: 0; }
-th:first-child, td:first-child, table.text th, table.text td { text-align: left; }
-table.text td:last-child { white-space: normal; }
+th.t, td.t { text-align: left; }
+table.wide td:last-child { white-space: normal; }
 tr.ours td { background: var(--wash); } tr.ours td:first-child { font-weight: 600; }
 details { margin: 12px 0; } summary { cursor: pointer; color: var(--c0); }
 pre { background: var(--card); border: 1px solid var(--line); border-radius: 10px; padding: 12px 14px; overflow-x: auto; font-size: 13px; }
 )css";
 
-std::string html_table(const Table& table, bool text = false) {
+/// wide: the last column is long text that may wrap.
+std::string html_table(const Table& table, bool wide = false) {
     if (table.empty()) return {};
-    std::string out = fmt::format("<div class=\"scroll\"><table{}><thead><tr>", text ? " class=\"text\"" : "");
-    for (const std::string& column : table.columns) out += "<th>" + escaped(column) + "</th>";
+    std::string out = fmt::format("<div class=\"scroll\"><table{}><thead><tr>", wide ? " class=\"wide\"" : "");
+    const auto tag = [&](const char* name, std::size_t column, const std::string& text) {
+        return fmt::format("<{0}{1}>{2}</{0}>", name, wide || is_text(table, column) ? " class=\"t\"" : "", escaped(text));
+    };
+    for (std::size_t i = 0; i < table.columns.size(); ++i) out += tag("th", i, table.columns[i]);
     out += "</tr></thead><tbody>\n";
     for (const Table::Row& row : table.rows) {
         out += row.ours ? "<tr class=\"ours\">" : "<tr>";
-        for (const std::string& cell : row.cells) out += "<td>" + escaped(cell) + "</td>";
+        for (std::size_t i = 0; i < row.cells.size(); ++i) out += tag("td", i, row.cells[i]);
         out += "</tr>\n";
     }
     out += "</tbody></table></div>\n";

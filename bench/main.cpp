@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <ctime>
 
@@ -89,10 +90,23 @@ void print_table(const bench::Table& table) {
     for (const auto& row : table.rows) line(row.cells);
 }
 
+void write_pages(const Arguments& arguments, const bench::Report& report) {
+    if (!arguments.csv.empty()) bench::write_file(arguments.csv, bench::to_csv(report));
+    if (!arguments.html.empty()) bench::write_file(arguments.html, bench::to_html(report));
+    if (!arguments.markdown.empty()) bench::write_file(arguments.markdown, bench::to_markdown(report));
+    if (arguments.quiet) return;
+    print_table(bench::headline_table(report));
+    for (const auto& clip : report.clips)
+        for (const auto& tables : {bench::geometry_tables(report, clip), bench::timing_tables(report, clip), bench::texture_tables(report, clip), bench::view_tables(report, clip)})
+            for (const auto& table : tables)
+                if (!table.details) print_table(table);
+    for (const auto& [name, why] : report.absent) fmt::print("absent: {} ({})\n", name, why);
+}
+
 int run(const Arguments& arguments, const std::string& command) {
     const Progress progress = tools::progress_bar(arguments.quiet);
     bench::Report report;
-    if (!arguments.json.empty() && !(arguments.suite.force && arguments.clips.empty())) {
+    if (!arguments.json.empty()) {
         auto old = bench::read_json(arguments.json);
         if (old.ok()) report = std::move(*old);
         else if (old.error().code != ErrorCode::missing && !arguments.suite.force) return complain(old.error().message);
@@ -100,7 +114,7 @@ int run(const Arguments& arguments, const std::string& command) {
     bench::drop_other_builds(report);
     report.version = bench::own_library();
     report.date = fmt::format("{:%Y-%m-%d %H:%M} UTC", fmt::gmtime(std::time(nullptr)));
-    if (report.commands.empty() || report.commands.back() != command) report.commands.push_back(command);
+    if (std::find(report.commands.begin(), report.commands.end(), command) == report.commands.end()) report.commands.push_back(command);
     if (progress) progress("measuring the machine", 0, 0);
     report.machine = bench::measure_machine(arguments.smoke);
     const auto save = [&] {
@@ -108,31 +122,27 @@ int run(const Arguments& arguments, const std::string& command) {
     };
     save();
 
-    const auto one = [&](const Clip& clip) {
-        const auto done = bench::run_clip(arguments.frames > 0 ? bench::first_frames(clip, arguments.frames) : clip, arguments.suite, report, save, progress);
-        return done.ok() ? tools::kDone : complain(done.error().message);
+    const auto measure = [&](const Clip& clip) {
+        return bench::run_clip(arguments.frames > 0 ? bench::first_frames(clip, arguments.frames) : clip, arguments.suite, report, save, progress);
     };
-    int code = tools::kDone;
     for (const std::string& path : arguments.clips) {
         auto loaded = io::load_clip(path, {.frame_rate = {}, .unit = {}, .progress = progress});
         if (!loaded.ok()) return complain(loaded.error().message);
-        if (code == tools::kDone) code = one(loaded->clip);
+        if (const auto done = measure(loaded->clip); !done.ok()) return complain(done.error().message);
     }
-    if (arguments.clips.empty() && arguments.smoke) code = one(bench::sheet_clip());
+    if (arguments.clips.empty())
+        if (const auto done = measure(bench::sheet_clip()); !done.ok()) return complain(done.error().message);
     tools::end_progress();
     save();
-    if (!arguments.csv.empty()) bench::write_file(arguments.csv, bench::to_csv(report));
-    if (!arguments.html.empty()) bench::write_file(arguments.html, bench::to_html(report));
-    if (!arguments.markdown.empty()) bench::write_file(arguments.markdown, bench::to_markdown(report));
-    if (!arguments.quiet) {
-        print_table(bench::headline_table(report));
-        for (const auto& clip : report.clips)
-            for (const auto& tables : {bench::geometry_tables(report, clip), bench::timing_tables(report, clip), bench::texture_tables(report, clip), bench::view_tables(report, clip)})
-                for (const auto& table : tables)
-                    if (!table.details) print_table(table);
-        for (const auto& [name, why] : report.absent) fmt::print("absent: {} ({})\n", name, why);
-    }
-    return tell_failures(report) ? tools::kFailed : code;
+    write_pages(arguments, report);
+    return tell_failures(report) ? tools::kFailed : tools::kDone;
+}
+
+int only_write_pages(const Arguments& arguments) {
+    const auto report = bench::read_json(arguments.json);
+    if (!report.ok()) return complain(report.error().message);
+    write_pages(arguments, *report);
+    return tools::kDone;
 }
 
 }  // namespace
@@ -142,7 +152,7 @@ int main(int argc, char** argv) {
     app.footer("Finished rows stay in the JSON file and are not run again; rows of our own codecs are when their sources have changed.\n"
                "Exit code: 0 done, 1 something failed (said on standard error, and in the report), 2 wrong command line.");
     Arguments a;
-    app.add_option("clips", a.clips, "Clip folders, or anything else that `mien check` takes");
+    app.add_option("clips", a.clips, "Clip folders, or anything else that `mien check` takes; none: only writes the pages of the report that is there");
     app.add_option("--json", a.json, "Report as JSON; read first, so that a stopped run goes on");
     app.add_option("--csv", a.csv, "Report as CSV");
     app.add_option("--html", a.html, "Report as one HTML page");
@@ -179,7 +189,8 @@ int main(int argc, char** argv) {
         if (a.list) return list_codecs();
         if (!a.write.empty()) return write_ict(a);
         if (a.clips.empty() && !a.smoke) {
-            fmt::print(stderr, "mien-bench: name a clip folder, or --smoke; --help says more\n");
+            if (!a.json.empty()) return only_write_pages(a);
+            fmt::print(stderr, "mien-bench: name a clip folder, a report to show (--json), or --smoke; --help says more\n");
             return tools::kMisused;
         }
         a.suite.geometry = !a.no_geometry;

@@ -11,7 +11,7 @@ std::string markdown_table(const Table& table, const char* heading) {
     if (!table.note.empty()) out += table.note + "\n\n";
     for (const std::string& column : table.columns) out += "| " + column + " ";
     out += "|\n";
-    for (std::size_t i = 0; i < table.columns.size(); ++i) out += i ? "| ---: " : "| --- ";
+    for (std::size_t i = 0; i < table.columns.size(); ++i) out += is_text(table, i) ? "| --- " : "| ---: ";
     out += "|\n";
     for (const Table::Row& row : table.rows) {
         for (std::size_t i = 0; i < row.cells.size(); ++i) out += i == 0 && row.ours ? "| **" + row.cells[i] + "** " : "| " + row.cells[i] + " ";

@@ -16,7 +16,7 @@ constexpr const char* kFormat = "mien-bench report 1";
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Machine, processor, system, compiler, cores, read_gbytes_per_s, sgemm_gflops)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ClipFacts, name, key, kind, frame_rate, frames_per_second, frames, points, triangles, texture_width,
-                                   texture_height, connectivity_bytes, draco_connectivity_bytes)
+                                   texture_height, connectivity_bytes, draco_sorted_bytes, draco_ordered_bytes)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GeometryRow, clip, codec, library, mode, asked_rms, bytes, parts, apart, kbps, bits_per_vertex_frame, rms,
                                    peak, kg, failed)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(TimingRow, clip, run, set, codec, library, unit_frames, samples, asked_rms, median, lower, upper, ns_per_point,

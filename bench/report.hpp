@@ -26,7 +26,8 @@ struct ClipFacts {
     double frames_per_second = 0;
     std::int64_t frames = 0, points = 0, triangles = 0;
     int texture_width = 0, texture_height = 0;
-    std::uint64_t connectivity_bytes = 0, draco_connectivity_bytes = 0;   ///< 0: not known
+    std::uint64_t connectivity_bytes = 0;   ///< as mien stores it, texture coordinates included; 0: not known
+    std::uint64_t draco_sorted_bytes = 0, draco_ordered_bytes = 0;  ///< triangles alone; 0: not known
 };
 
 struct GeometryRow {

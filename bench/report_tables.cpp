@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -15,6 +16,12 @@ std::string figure(double value, int digits) {
     if (value == 0 || !std::isfinite(value)) return value == 0 ? "0" : "-";
     const int whole = int(std::floor(std::log10(std::abs(value)))) + 1;
     return fmt::format("{:.{}f}", value, std::clamp(digits - whole, 0, 9));
+}
+
+bool is_text(const Table& table, std::size_t column) {
+    return std::any_of(table.rows.begin(), table.rows.end(), [&](const Table::Row& row) {
+        return column < row.cells.size() && !row.cells[column].empty() && std::isalpha(static_cast<unsigned char>(row.cells[column].front()));
+    });
 }
 
 bool is_ours(const std::string& codec) { return codec.starts_with("mien"); }
@@ -30,8 +37,10 @@ std::string describe(const ClipFacts& clip) {
     std::string text = fmt::format("{} {}, {} frames at {} Hz", clip.points, clip.kind, clip.frames, figure(clip.frames_per_second, 4));
     if (clip.texture_width) text += fmt::format(", texture {} x {}", clip.texture_width, clip.texture_height);
     if (clip.connectivity_bytes)
-        text += fmt::format("; {} triangles in {} bytes{}", clip.triangles, clip.connectivity_bytes,
-                            clip.draco_connectivity_bytes ? fmt::format(" (Draco: {})", clip.draco_connectivity_bytes) : "");
+        text += fmt::format("; connectivity and texture coordinates in {} bytes", clip.connectivity_bytes);
+    if (clip.draco_sorted_bytes)
+        text += fmt::format("; {} triangles alone in Draco: {} bytes with vertices and triangles in another order, {} in theirs", clip.triangles, clip.draco_sorted_bytes,
+                            clip.draco_ordered_bytes);
     return text;
 }
 

@@ -10,7 +10,7 @@ namespace mien::bench {
 
 struct Table {
     std::string title, note;
-    std::vector<std::string> columns;      ///< the first one is text, the others are figures
+    std::vector<std::string> columns;
     struct Row {
         std::vector<std::string> cells;
         bool ours = false;
@@ -19,6 +19,9 @@ struct Table {
     bool details = false;                  ///< every single row, for who wants to check
     bool empty() const { return rows.empty(); }
 };
+
+/// Whether a column holds words and not figures.
+bool is_text(const Table& table, std::size_t column);
 
 /// A codec as it is shown: with its library's version where the report holds several.
 std::string shown_codec(const Report& report, const std::string& codec, const std::string& library);

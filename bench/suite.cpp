@@ -43,7 +43,10 @@ ClipFacts facts_of(const Clip& clip, const std::optional<protocol::MotionKind>& 
         facts.kind = *kind == protocol::MotionKind::vertices ? "vertices" : *kind == protocol::MotionKind::markers ? "markers" : "weights";
         facts.points = input.points;
         facts.triangles = std::int64_t(input.triangles.size());
-        if (facts.triangles) facts.draco_connectivity_bytes = draco_connectivity_bytes(*clip.neutral);
+        if (facts.triangles) {
+            facts.draco_sorted_bytes = draco_connectivity_bytes(*clip.neutral, false);
+            facts.draco_ordered_bytes = draco_connectivity_bytes(*clip.neutral, true);
+        }
     }
     if (clip.texture) facts.texture_width = clip.texture->width(), facts.texture_height = clip.texture->height();
     return facts;

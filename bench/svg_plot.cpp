@@ -31,12 +31,13 @@ public:
             for (double t = std::ceil(low_ / step) * step; t <= high_; t += step) out.push_back(std::abs(t) < step / 2 ? 0 : t);
             return out;
         }
-        // 1, 2, 5 where there is room, else powers of ten alone.
-        for (const bool fine : {true, false}) {
+        // As many of them as there is room for.
+        const std::vector<double> leads[] = {{1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8}, {1, 2, 3, 5, 7}, {1, 2, 5}, {1}};
+        for (const auto& lead : leads) {
             out.clear();
             for (double power = std::floor(low_); power <= high_; ++power)
-                for (const double lead : {1.0, 2.0, 5.0})
-                    if (const double t = lead * std::pow(10, power); std::log10(t) >= low_ && std::log10(t) <= high_ && (fine || lead == 1)) out.push_back(t);
+                for (const double digit : lead)
+                    if (const double t = digit * std::pow(10, power); std::log10(t) >= low_ && std::log10(t) <= high_) out.push_back(t);
             if (out.size() <= 10) break;
         }
         return out;
