@@ -19,9 +19,11 @@ std::string figure(double value, int digits) {
 }
 
 bool is_text(const Table& table, std::size_t column) {
-    return std::any_of(table.rows.begin(), table.rows.end(), [&](const Table::Row& row) {
+    if (column == 0) return true;
+    const auto words = std::count_if(table.rows.begin(), table.rows.end(), [&](const Table::Row& row) {
         return column < row.cells.size() && !row.cells[column].empty() && std::isalpha(static_cast<unsigned char>(row.cells[column].front()));
     });
+    return 2 * words > std::int64_t(table.rows.size());
 }
 
 bool is_ours(const std::string& codec) { return codec.starts_with("mien"); }

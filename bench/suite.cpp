@@ -180,9 +180,15 @@ Result<void> run_clip(const Clip& clip, const SuiteOptions& options, Report& rep
     MIEN_TRY(kind, motion_kind(clip, options.motion));
     ClipFacts facts = facts_of(clip, kind);
     const std::string key = facts.key;
-    if (const ClipFacts* old = report.clip(key)) facts.connectivity_bytes = old->connectivity_bytes;
-    std::erase_if(report.clips, [&](const ClipFacts& old) { return old.key == key; });
-    report.clips.push_back(std::move(facts));
+    const auto old = std::find_if(report.clips.begin(), report.clips.end(), [&](const ClipFacts& there) { return there.key == key; });
+    if (old == report.clips.end()) {
+        report.clips.push_back(std::move(facts));
+    } else {
+        // What another run knew stays: this build may have no Draco, or this command no motion.
+        if (!facts.connectivity_bytes) facts.connectivity_bytes = old->connectivity_bytes;
+        if (!facts.draco_sorted_bytes) facts.draco_sorted_bytes = old->draco_sorted_bytes, facts.draco_ordered_bytes = old->draco_ordered_bytes;
+        *old = std::move(facts);
+    }
     if (kind && options.geometry) {
         GeometrySuite suite(clip, *kind, options, report, save, progress);
         suite.note_codecs();
