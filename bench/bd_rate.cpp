@@ -21,9 +21,8 @@ std::optional<Pchip> curve(std::span<const RatePoint> points, double& lowest, do
     std::vector<RatePoint> sorted;
     for (const RatePoint& point : points)
         if (std::isfinite(point.rate) && point.rate > 0 && std::isfinite(point.quality)) sorted.push_back(point);
-    std::sort(sorted.begin(), sorted.end(), [](const RatePoint& a, const RatePoint& b) {
-        return a.rate != b.rate ? a.rate < b.rate : a.quality > b.quality;
-    });
+    std::sort(sorted.begin(), sorted.end(),
+              [](const RatePoint& a, const RatePoint& b) { return a.rate != b.rate ? a.rate < b.rate : a.quality > b.quality; });
     std::vector<double> quality, rate;
     for (const RatePoint& point : sorted) {
         if (!quality.empty() && point.quality <= quality.back()) continue;
@@ -68,7 +67,8 @@ std::size_t Pchip::piece(double x) const {
 double Pchip::at(double x) const {
     const std::size_t i = piece(x);
     const double h = x_[i + 1] - x_[i], t = (x - x_[i]) / h, s = 1 - t;
-    return y_[i] * (1 + 2 * t) * s * s + h * slope_[i] * t * s * s + y_[i + 1] * (3 - 2 * t) * t * t - h * slope_[i + 1] * t * t * s;
+    return y_[i] * (1 + 2 * t) * s * s + h * slope_[i] * t * s * s + y_[i + 1] * (3 - 2 * t) * t * t -
+           h * slope_[i + 1] * t * t * s;
 }
 
 double Pchip::integral_from_start(double x) const {
@@ -84,7 +84,9 @@ double Pchip::integral_from_start(double x) const {
     return sum;
 }
 
-double Pchip::integral(double from, double to) const { return integral_from_start(to) - integral_from_start(from); }
+double Pchip::integral(double from, double to) const {
+    return integral_from_start(to) - integral_from_start(from);
+}
 
 std::optional<double> bd_rate(std::span<const RatePoint> anchor, std::span<const RatePoint> test) {
     double low_a = 0, high_a = 0, low_t = 0, high_t = 0;

@@ -13,8 +13,8 @@ public:
     /// x strictly ascending, as many as y, at least two.
     Pchip(std::vector<double> x, std::vector<double> y);
 
-    double at(double x) const;                          ///< x within the data
-    double integral(double from, double to) const;      ///< both within the data, exact
+    double at(double x) const;                      ///< x within the data
+    double integral(double from, double to) const;  ///< both within the data, exact
 
 private:
     double integral_from_start(double x) const;
@@ -24,8 +24,8 @@ private:
 };
 
 struct RatePoint {
-    double rate = 0;      ///< > 0, in any unit
-    double quality = 0;   ///< higher is better
+    double rate = 0;     ///< > 0, in any unit
+    double quality = 0;  ///< higher is better
 };
 
 /// Bjontegaard delta rate, percent: how much more rate `test` needs than `anchor` for the same quality, on average over the

@@ -42,7 +42,10 @@ private:
 class PlaneSums {
 public:
     PlaneSums(const GeometryInput& input, const QuantisedPoints& points)
-        : points_(std::size_t(input.points)), dimension_(std::size_t(input.dimension)), step_(points.step), narrow_(points.narrow),
+        : points_(std::size_t(input.points)),
+          dimension_(std::size_t(input.dimension)),
+          step_(points.step),
+          narrow_(points.narrow),
           floats_(points_ * dimension_) {
         restart();
     }
@@ -89,7 +92,8 @@ public:
         while (into.pos < into.size) {
             const std::size_t before = from.pos + into.pos;
             const std::size_t code = ZSTD_decompressStream(decoder_, &into, &from);
-            if (ZSTD_isError(code) || from.pos + into.pos == before) return Error{ErrorCode::damaged, "zstd does not decode what it wrote"};
+            if (ZSTD_isError(code) || from.pos + into.pos == before)
+                return Error{ErrorCode::damaged, "zstd does not decode what it wrote"};
         }
         sums_.add(frame_.data(), out);
         return {};
@@ -141,7 +145,8 @@ public:
     Result<void> start() override {
         lzma_end(&decoder_);
         decoder_ = LZMA_STREAM_INIT;
-        if (lzma_stream_decoder(&decoder_, UINT64_MAX, 0) != LZMA_OK) return Error{ErrorCode::unavailable, "xz has no memory to decode"};
+        if (lzma_stream_decoder(&decoder_, UINT64_MAX, 0) != LZMA_OK)
+            return Error{ErrorCode::unavailable, "xz has no memory to decode"};
         decoder_.next_in = reinterpret_cast<const std::uint8_t*>(bytes_.data());
         decoder_.avail_in = bytes_.size();
         sums_.restart();

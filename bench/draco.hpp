@@ -6,7 +6,7 @@
 
 namespace mien::bench {
 
-std::string draco_library();   ///< "Draco 1.5.5"
+std::string draco_library();  ///< "Draco 1.5.5"
 
 // The three ways Draco can carry motion, one file each.
 std::unique_ptr<GeometryCodec> draco_mesh_codec(bool best);

@@ -33,10 +33,12 @@ public:
             buffer.Init(reinterpret_cast<const char*>(bytes_.data()), bytes_.size());
             draco::KeyframeAnimationDecoder decoder;
             const draco::Status status = decoder.Decode(draco::DecoderOptions(), &buffer, animation_.get());
-            if (!status.ok()) return Error{ErrorCode::damaged, "Draco does not decode what it wrote: " + status.error_msg_string()};
+            if (!status.ok())
+                return Error{ErrorCode::damaged, "Draco does not decode what it wrote: " + status.error_msg_string()};
         }
         for (std::int64_t first = 0, channel = 1; first < numbers_; first += channel_numbers_, ++channel)
-            animation_->keyframes(std::int32_t(channel))->GetMappedValue(draco::PointIndex(std::uint32_t(frame)), out.data() + first);
+            animation_->keyframes(std::int32_t(channel))
+                ->GetMappedValue(draco::PointIndex(std::uint32_t(frame)), out.data() + first);
         return {};
     }
 
@@ -85,7 +87,8 @@ private:
                     low[std::size_t(i)] = std::min(low[std::size_t(i)], value);
                 }
             for (std::int64_t f = 0; f < input.frames; ++f)
-                for (std::int64_t i = 0; i < count; ++i) extent = std::max(extent, path[std::size_t(f * count + i)] - low[std::size_t(i)]);
+                for (std::int64_t i = 0; i < count; ++i)
+                    extent = std::max(extent, path[std::size_t(f * count + i)] - low[std::size_t(i)]);
             const int id = animation.AddKeyframes<float>(draco::DT_FLOAT32, std::uint32_t(count), path);
             if (id < 0) return Error{ErrorCode::unavailable, "Draco takes no such animation"};
             const int bits = std::clamp(int(std::ceil(std::log2(double(extent) / step + 1))), 1, 30);
@@ -104,7 +107,9 @@ private:
 
 }  // namespace
 
-std::unique_ptr<GeometryCodec> draco_animation_codec() { return std::make_unique<DracoAnimationCodec>(); }
+std::unique_ptr<GeometryCodec> draco_animation_codec() {
+    return std::make_unique<DracoAnimationCodec>();
+}
 
 }  // namespace mien::bench
 #endif

@@ -8,7 +8,9 @@
 namespace mien::bench {
 
 #ifdef MIEN_BENCH_DRACO
-std::string draco_library() { return std::string("Draco ") + draco::kDracoVersion; }
+std::string draco_library() {
+    return std::string("Draco ") + draco::kDracoVersion;
+}
 
 void add_draco(GeometryCodecs& list) {
     list.codecs.push_back(draco_delta_codec());
@@ -21,7 +23,9 @@ void add_draco(GeometryCodecs& list) {
     for (const char* name : {"draco-cloud-delta", "draco-animation", "draco-mesh-best", "draco-mesh-default"})
         list.absent.emplace_back(name, "Draco was not there when the bench was configured");
 }
-std::uint64_t draco_connectivity_bytes(const Mesh&, bool) { return 0; }
+std::uint64_t draco_connectivity_bytes(const Mesh&, bool) {
+    return 0;
+}
 #endif
 
 }  // namespace mien::bench

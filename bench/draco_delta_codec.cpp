@@ -27,11 +27,13 @@ public:
         buffer.Init(reinterpret_cast<const char*>(packet.data()), packet.size());
         draco::Decoder decoder;
         auto decoded = decoder.DecodePointCloudFromBuffer(&buffer);
-        if (!decoded.ok()) return Error{ErrorCode::damaged, "Draco does not decode what it wrote: " + decoded.status().error_msg_string()};
+        if (!decoded.ok())
+            return Error{ErrorCode::damaged, "Draco does not decode what it wrote: " + decoded.status().error_msg_string()};
         const draco::PointAttribute* deltas = decoded.value()->attribute(0);
         if (deltas->size() * 3 != numbers_ || deltas->data_type() != draco::DT_INT32)
             return Error{ErrorCode::mismatch, "Draco gives another number of points back"};
-        add_rows(sums_, reinterpret_cast<const std::int32_t*>(deltas->GetAddress(draco::AttributeValueIndex(0))), false, step_, out.data());
+        add_rows(sums_, reinterpret_cast<const std::int32_t*>(deltas->GetAddress(draco::AttributeValueIndex(0))), false, step_,
+                 out.data());
         return {};
     }
 
@@ -80,7 +82,9 @@ public:
 
 }  // namespace
 
-std::unique_ptr<GeometryCodec> draco_delta_codec() { return std::make_unique<DracoDeltaCodec>(); }
+std::unique_ptr<GeometryCodec> draco_delta_codec() {
+    return std::make_unique<DracoDeltaCodec>();
+}
 
 }  // namespace mien::bench
 #endif

@@ -58,7 +58,8 @@ Result<std::unique_ptr<draco::Mesh>> decode_mesh(const Bytes& bytes) {
     buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     draco::Decoder decoder;
     auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
-    if (!decoded.ok()) return Error{ErrorCode::damaged, "Draco does not decode what it wrote: " + decoded.status().error_msg_string()};
+    if (!decoded.ok())
+        return Error{ErrorCode::damaged, "Draco does not decode what it wrote: " + decoded.status().error_msg_string()};
     return std::move(decoded).value();
 }
 
@@ -93,7 +94,8 @@ Result<std::vector<std::uint32_t>> decoded_order(const GeometryInput& input, int
 
 class DracoMeshStream final : public GeometryStream {
 public:
-    DracoMeshStream(std::vector<std::uint32_t> order, std::vector<Bytes> packets) : order_(std::move(order)), packets_(std::move(packets)) {
+    DracoMeshStream(std::vector<std::uint32_t> order, std::vector<Bytes> packets)
+        : order_(std::move(order)), packets_(std::move(packets)) {
         std::uint64_t size = 0;
         for (const Bytes& packet : packets_) size += packet.size();
         parts = {{"meshes", size}};
@@ -101,7 +103,8 @@ public:
     Result<void> start() override { return {}; }
     Result<void> decode(std::int64_t frame, std::span<float> out) override {
         MIEN_TRY(mesh, decode_mesh(packets_[std::size_t(frame)]));
-        if (mesh->num_points() != order_.size()) return Error{ErrorCode::mismatch, "Draco splits vertices otherwise in other frames"};
+        if (mesh->num_points() != order_.size())
+            return Error{ErrorCode::mismatch, "Draco splits vertices otherwise in other frames"};
         const draco::PointAttribute* position = mesh->GetNamedAttribute(draco::GeometryAttribute::POSITION);
         for (std::uint32_t p = 0; p < order_.size(); ++p)
             position->GetMappedValue(draco::PointIndex(p), out.data() + std::size_t(order_[p]) * 3);
@@ -117,7 +120,8 @@ class DracoMeshCodec final : public GeometryCodec {
 public:
     explicit DracoMeshCodec(bool best) : speed_(best ? 0 : 3) {
         name = best ? "draco-mesh-best" : "draco-mesh-default";
-        what = std::string("Draco's mesh codec, a mesh a frame with its triangles, compression level ") + (best ? "10" : "7, its tools' default");
+        what = std::string("Draco's mesh codec, a mesh a frame with its triangles, compression level ") +
+               (best ? "10" : "7, its tools' default");
         library = draco_library();
     }
     std::string refuses(const GeometryInput& input) const override {
@@ -142,14 +146,17 @@ private:
 
 }  // namespace
 
-std::unique_ptr<GeometryCodec> draco_mesh_codec(bool best) { return std::make_unique<DracoMeshCodec>(best); }
+std::unique_ptr<GeometryCodec> draco_mesh_codec(bool best) {
+    return std::make_unique<DracoMeshCodec>(best);
+}
 
 std::uint64_t draco_connectivity_bytes(const Mesh& neutral, bool keep_order) {
     // All vertices in one place: what is left is the triangles and a few bytes of header.
     const std::vector<float> nowhere(std::size_t(neutral.vertex_count()) * 3);
     draco::Mesh mesh;
     fill(mesh, nowhere.data(), neutral.vertex_count(), neutral.triangles);
-    const auto bytes = encode_mesh(mesh, Grid{}, 0, keep_order ? draco::MESH_SEQUENTIAL_ENCODING : draco::MESH_EDGEBREAKER_ENCODING);
+    const auto bytes =
+        encode_mesh(mesh, Grid{}, 0, keep_order ? draco::MESH_SEQUENTIAL_ENCODING : draco::MESH_EDGEBREAKER_ENCODING);
     return bytes.ok() ? bytes->size() : 0;
 }
 

@@ -33,14 +33,19 @@ GeometryInput::GeometryInput(const Clip& clip_, protocol::MotionKind kind_) : cl
 
 const float* GeometryInput::truth(std::int64_t frame) const {
     switch (kind) {
-        case protocol::MotionKind::vertices: return clip.vertices->frame(frame).data();
-        case protocol::MotionKind::markers: return clip.markers->frame(frame).data();
-        case protocol::MotionKind::weights: return clip.weights->frame(frame);
+        case protocol::MotionKind::vertices:
+            return clip.vertices->frame(frame).data();
+        case protocol::MotionKind::markers:
+            return clip.markers->frame(frame).data();
+        case protocol::MotionKind::weights:
+            return clip.weights->frame(frame);
     }
     return nullptr;
 }
 
-double GeometryInput::step(double rms) const { return rms * std::sqrt(12.0 / dimension); }
+double GeometryInput::step(double rms) const {
+    return rms * std::sqrt(12.0 / dimension);
+}
 
 std::uint64_t GeometryStream::bytes() const {
     std::uint64_t sum = 0;
@@ -48,7 +53,9 @@ std::uint64_t GeometryStream::bytes() const {
     return sum;
 }
 
-std::string GeometryCodec::refuses(const GeometryInput&) const { return {}; }
+std::string GeometryCodec::refuses(const GeometryInput&) const {
+    return {};
+}
 
 GeometryCodecs geometry_codecs() {
     GeometryCodecs list;

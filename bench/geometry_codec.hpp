@@ -23,11 +23,11 @@ struct GeometryInput {
     protocol::MotionKind kind;
     std::int64_t frames = 0, points = 0;
     int dimension = 3;
-    std::span<const Triangle> triangles;   ///< vertices only
-    std::vector<float> held;               ///< F x N x D: missing markers hold their last place, so that baselines code numbers
+    std::span<const Triangle> triangles;  ///< vertices only
+    std::vector<float> held;              ///< F x N x D: missing markers hold their last place, so that baselines code numbers
 
-    std::int64_t numbers() const { return points * dimension; }        ///< of one frame
-    const float* truth(std::int64_t frame) const;                      ///< NaN: missing
+    std::int64_t numbers() const { return points * dimension; }  ///< of one frame
+    const float* truth(std::int64_t frame) const;                ///< NaN: missing
     const float* frame(std::int64_t f) const { return held.data() + f * numbers(); }
     /// Grid step whose rounding error has this RMS 3-D (1-D for weights) length: D times step^2 / 12.
     double step(double rms) const;
@@ -40,8 +40,8 @@ public:
     /// Bytes of everything that a decoder needs, by what they are for; framing around packets and what design shows apart
     /// (connectivity, texture coordinates) not counted.
     std::vector<std::pair<std::string, std::uint64_t>> parts;
-    std::vector<std::pair<std::string, std::uint64_t>> apart;          ///< shown beside, not counted
-    std::int64_t frames_together = 1;                                  ///< frames that only decode together
+    std::vector<std::pair<std::string, std::uint64_t>> apart;  ///< shown beside, not counted
+    std::int64_t frames_together = 1;                          ///< frames that only decode together
 
     std::uint64_t bytes() const;
     /// Decoding begins again at frame 0. Not timed.
@@ -50,14 +50,14 @@ public:
     virtual Result<void> decode(std::int64_t frame, std::span<float> out) = 0;
 };
 
-enum class Mode { live, file };   ///< one self-contained packet per frame without delay; or look-ahead
+enum class Mode { live, file };  ///< one self-contained packet per frame without delay; or look-ahead
 
 class GeometryCodec {
 public:
     virtual ~GeometryCodec() = default;
-    std::string name, what, library;       ///< library: name and version of what does the work
+    std::string name, what, library;  ///< library: name and version of what does the work
     Mode mode = Mode::live;
-    bool lossless = false;                 ///< one row, whatever error is asked
+    bool lossless = false;  ///< one row, whatever error is asked
     bool ours = false;
     /// Why this codec does not take such input; empty: it does.
     virtual std::string refuses(const GeometryInput& input) const;
@@ -66,7 +66,7 @@ public:
 
 struct GeometryCodecs {
     std::vector<std::unique_ptr<GeometryCodec>> codecs;
-    std::vector<std::pair<std::string, std::string>> absent;   ///< codecs not in this build, and why
+    std::vector<std::pair<std::string, std::string>> absent;  ///< codecs not in this build, and why
 };
 /// All that this build has, ours first.
 GeometryCodecs geometry_codecs();

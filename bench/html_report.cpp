@@ -56,7 +56,9 @@ std::string html_table(const Table& table, bool wide = false) {
         out += "</tr>\n";
     }
     out += "</tbody></table></div>\n";
-    if (table.details) return "<details><summary>" + escaped(table.title) + "</summary>" + (table.note.empty() ? "" : "<p>" + escaped(table.note) + "</p>") + out + "</details>\n";
+    if (table.details)
+        return "<details><summary>" + escaped(table.title) + "</summary>" +
+               (table.note.empty() ? "" : "<p>" + escaped(table.note) + "</p>") + out + "</details>\n";
     return "<h3>" + escaped(table.title) + "</h3>\n" + (table.note.empty() ? "" : "<p>" + escaped(table.note) + "</p>\n") + out;
 }
 
@@ -74,22 +76,29 @@ std::string all_of(const std::vector<Table>& tables) {
 }  // namespace
 
 std::string to_html(const Report& report) {
-    std::string page = "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>mien-bench</title><style>";
+    std::string page =
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, "
+        "initial-scale=1\">\n<title>mien-bench</title><style>";
     page += kStyle;
     page += "</style></head><body><main>\n<h1>mien-bench</h1>\n";
-    page += fmt::format("<p>{}, {}, on {}. All figures are of bytes that were decoded and measured against the clip; nothing on this page is fetched from elsewhere.</p>\n<nav>",
-                        escaped(report.version), escaped(report.date), escaped(report.machine.processor));
-    for (std::size_t i = 0; i < report.clips.size(); ++i) page += fmt::format("<a href=\"#clip{}\">{}</a>", i, escaped(report.clips[i].name));
+    page += fmt::format(
+        "<p>{}, {}, on {}. All figures are of bytes that were decoded and measured against the clip; nothing on this page is "
+        "fetched from elsewhere.</p>\n<nav>",
+        escaped(report.version), escaped(report.date), escaped(report.machine.processor));
+    for (std::size_t i = 0; i < report.clips.size(); ++i)
+        page += fmt::format("<a href=\"#clip{}\">{}</a>", i, escaped(report.clips[i].name));
     page += "<a href=\"#machine\">machine, codecs and commands</a></nav>\n";
     page += html_table(headline_table(report));
     for (std::size_t i = 0; i < report.clips.size(); ++i) {
         const ClipFacts& clip = report.clips[i];
         page += fmt::format("<h2 id=\"clip{}\">{}</h2>\n<p>{}</p>\n", i, escaped(clip.name), escaped(describe(clip)));
-        page += figure_of(motion_plot(report, clip)) + all_of(geometry_tables(report, clip)) + all_of(timing_tables(report, clip));
+        page +=
+            figure_of(motion_plot(report, clip)) + all_of(geometry_tables(report, clip)) + all_of(timing_tables(report, clip));
         page += figure_of(texture_plot(report, clip)) + all_of(texture_tables(report, clip));
         page += figure_of(view_plot(report, clip)) + all_of(view_tables(report, clip));
     }
-    page += "<h2 id=\"machine\">Machine, codecs and commands</h2>\n" + html_table(machine_table(report), true) + html_table(codec_table(report), true);
+    page += "<h2 id=\"machine\">Machine, codecs and commands</h2>\n" + html_table(machine_table(report), true) +
+            html_table(codec_table(report), true);
     page += "<h3>Commands</h3>\n<pre>";
     for (const std::string& command : report.commands) page += escaped(command) + "\n";
     return page + "</pre>\n</main></body></html>\n";

@@ -70,7 +70,8 @@ int tell_failures(const bench::Report& report) {
         fmt::print(stderr, "mien-bench: {}: {}\n", what, why);
     };
     for (const auto& row : report.geometry) tell(row.clip + ", " + row.codec, row.failed);
-    for (const auto& row : report.texture) tell(fmt::format("{}, {} {} at {} kbit/s", row.clip, row.series, row.codec, row.asked_kbps), row.failed);
+    for (const auto& row : report.texture)
+        tell(fmt::format("{}, {} {} at {} kbit/s", row.clip, row.series, row.codec, row.asked_kbps), row.failed);
     return failures;
 }
 
@@ -97,7 +98,8 @@ void write_pages(const Arguments& arguments, const bench::Report& report) {
     if (arguments.quiet) return;
     print_table(bench::headline_table(report));
     for (const auto& clip : report.clips)
-        for (const auto& tables : {bench::geometry_tables(report, clip), bench::timing_tables(report, clip), bench::texture_tables(report, clip), bench::view_tables(report, clip)})
+        for (const auto& tables : {bench::geometry_tables(report, clip), bench::timing_tables(report, clip),
+                                   bench::texture_tables(report, clip), bench::view_tables(report, clip)})
             for (const auto& table : tables)
                 if (!table.details) print_table(table);
     for (const auto& [name, why] : report.absent) fmt::print("absent: {} ({})\n", name, why);
@@ -114,7 +116,8 @@ int run(const Arguments& arguments, const std::string& command) {
     bench::drop_other_builds(report);
     report.version = bench::own_library();
     report.date = fmt::format("{:%Y-%m-%d %H:%M} UTC", fmt::gmtime(std::time(nullptr)));
-    if (std::find(report.commands.begin(), report.commands.end(), command) == report.commands.end()) report.commands.push_back(command);
+    if (std::find(report.commands.begin(), report.commands.end(), command) == report.commands.end())
+        report.commands.push_back(command);
     if (progress) progress("measuring the machine", 0, 0);
     report.machine = bench::measure_machine(arguments.smoke);
     const auto save = [&] {
@@ -123,7 +126,8 @@ int run(const Arguments& arguments, const std::string& command) {
     save();
 
     const auto measure = [&](const Clip& clip) {
-        return bench::run_clip(arguments.frames > 0 ? bench::first_frames(clip, arguments.frames) : clip, arguments.suite, report, save, progress);
+        return bench::run_clip(arguments.frames > 0 ? bench::first_frames(clip, arguments.frames) : clip, arguments.suite, report,
+                               save, progress);
     };
     for (const std::string& path : arguments.clips) {
         auto loaded = io::load_clip(path, {.frame_rate = {}, .unit = {}, .progress = progress});
@@ -149,10 +153,13 @@ int only_write_pages(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
     CLI::App app("mien-bench: bitrate, quality and speed beside real codecs");
-    app.footer("Finished rows stay in the JSON file and are not run again; rows of our own codecs are when their sources have changed.\n"
-               "Exit code: 0 done, 1 something failed (said on standard error, and in the report), 2 wrong command line.");
+    app.footer(
+        "Finished rows stay in the JSON file and are not run again; rows of our own codecs are when their sources have changed.\n"
+        "Exit code: 0 done, 1 something failed (said on standard error, and in the report), 2 wrong command line.");
     Arguments a;
-    app.add_option("clips", a.clips, "Clip folders, or anything else that `mien check` takes; none: only writes the pages of the report that is there");
+    app.add_option(
+        "clips", a.clips,
+        "Clip folders, or anything else that `mien check` takes; none: only writes the pages of the report that is there");
     app.add_option("--json", a.json, "Report as JSON; read first, so that a stopped run goes on");
     app.add_option("--csv", a.csv, "Report as CSV");
     app.add_option("--html", a.html, "Report as one HTML page");
@@ -163,23 +170,39 @@ int main(int argc, char** argv) {
     app.add_flag("--list", a.list, "Show the codecs of this build, and stop");
     app.add_option("--motion", a.suite.motion, "vertices, markers, weights or auto")->capture_default_str();
     app.add_option("--codecs", a.suite.codecs, "Motion codecs whose names begin so, comma-separated")->delimiter(',');
-    app.add_option("--rms", a.suite.rms, "RMS errors to ask for, mm (weights: weight units), comma-separated")->delimiter(',')->check(CLI::PositiveNumber);
+    app.add_option("--rms", a.suite.rms, "RMS errors to ask for, mm (weights: weight units), comma-separated")
+        ->delimiter(',')
+        ->check(CLI::PositiveNumber);
     app.add_option("--texture-codecs", a.suite.texture_codecs, "Of mpeg4, h264, hevc, av1, comma-separated")->delimiter(',');
-    app.add_option("--texture-kbps", a.suite.texture_kbps, "Texture rates to ask for, comma-separated")->delimiter(',')->check(CLI::PositiveNumber)->capture_default_str();
+    app.add_option("--texture-kbps", a.suite.texture_kbps, "Texture rates to ask for, comma-separated")
+        ->delimiter(',')
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
     app.add_option("--frames", a.frames, "Only the first frames of every clip")->check(CLI::PositiveNumber);
-    app.add_option("--view-frames", a.suite.view_pictures, "Frames that are drawn, from three cameras each")->check(CLI::PositiveNumber)->capture_default_str();
-    app.add_option("--timing-rounds", a.suite.timing_rounds, "Passes over the clip for timing")->check(CLI::PositiveNumber)->capture_default_str();
+    app.add_option("--view-frames", a.suite.view_pictures, "Frames that are drawn, from three cameras each")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    app.add_option("--timing-rounds", a.suite.timing_rounds, "Passes over the clip for timing")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
     app.add_flag("--no-motion", a.no_geometry, "Leave out motion");
     app.add_flag("--no-timing", a.no_timing, "Leave out timing");
     app.add_flag("--no-texture", a.no_texture, "Leave out texture and views");
     app.add_flag("--no-views", a.no_views, "Leave out drawn views");
-    auto* write = app.add_option("--write", a.write, "Write the clip of --ict as a clip folder, and stop")->group("Making the ICT clip");
+    auto* write =
+        app.add_option("--write", a.write, "Write the clip of --ict as a clip folder, and stop")->group("Making the ICT clip");
     auto* ict = app.add_option("--ict", a.ict, "ICT-FaceKit folder")->needs(write)->group("Making the ICT clip");
     auto* take = app.add_option("--take", a.take, "Live Link Face CSV that drives it")->needs(ict)->group("Making the ICT clip");
     write->needs(take);
     app.add_option("--first", a.first, "First row of the take")->capture_default_str()->group("Making the ICT clip");
-    app.add_option("--count", a.count, "Rows of the take")->capture_default_str()->check(CLI::PositiveNumber)->group("Making the ICT clip");
-    app.add_option("--vertices", a.vertices, "Vertices from the first")->capture_default_str()->check(CLI::PositiveNumber)->group("Making the ICT clip");
+    app.add_option("--count", a.count, "Rows of the take")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber)
+        ->group("Making the ICT clip");
+    app.add_option("--vertices", a.vertices, "Vertices from the first")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber)
+        ->group("Making the ICT clip");
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
@@ -207,7 +230,7 @@ int main(int argc, char** argv) {
         return run(a, command_line(argc, argv));
     } catch (const std::bad_alloc&) {
         return complain("not enough memory; --frames makes a clip shorter");
-    } catch (const std::exception& error) {   // EnvironmentError and what libraries throw
+    } catch (const std::exception& error) {  // EnvironmentError and what libraries throw
         return complain(error.what());
     }
 }

@@ -14,7 +14,8 @@ std::string markdown_table(const Table& table, const char* heading) {
     for (std::size_t i = 0; i < table.columns.size(); ++i) out += is_text(table, i) ? "| --- " : "| ---: ";
     out += "|\n";
     for (const Table::Row& row : table.rows) {
-        for (std::size_t i = 0; i < row.cells.size(); ++i) out += i == 0 && row.ours ? "| **" + row.cells[i] + "** " : "| " + row.cells[i] + " ";
+        for (std::size_t i = 0; i < row.cells.size(); ++i)
+            out += i == 0 && row.ours ? "| **" + row.cells[i] + "** " : "| " + row.cells[i] + " ";
         out += "|\n";
     }
     return out + "\n";
@@ -26,7 +27,8 @@ std::string to_markdown(const Report& report) {
     std::string page = markdown_table(headline_table(report), "##");
     for (const ClipFacts& clip : report.clips) {
         page += fmt::format("## {}\n\n{}.\n\n", clip.name, describe(clip));
-        for (const auto& tables : {geometry_tables(report, clip), timing_tables(report, clip), texture_tables(report, clip), view_tables(report, clip)})
+        for (const auto& tables : {geometry_tables(report, clip), timing_tables(report, clip), texture_tables(report, clip),
+                                   view_tables(report, clip)})
             for (const Table& table : tables) page += markdown_table(table, "###");
     }
     page += markdown_table(machine_table(report), "##") + markdown_table(codec_table(report), "##");

@@ -20,7 +20,9 @@ constexpr int kZstdLevel = 19;
 /// How a frame lies in memory for the vertex codec: points of three int16 and a padding one, or of int32.
 struct RowLayout {
     RowLayout(const GeometryInput& input, const QuantisedPoints& points)
-        : padded(points.narrow && input.dimension == 3), count(std::size_t(input.points)), dimension(std::size_t(input.dimension)) {}
+        : padded(points.narrow && input.dimension == 3),
+          count(std::size_t(input.points)),
+          dimension(std::size_t(input.dimension)) {}
     bool padded;
     std::size_t count, dimension;
     std::size_t stride() const { return padded ? 8 : 4 * dimension; }
@@ -42,8 +44,13 @@ enum class Numbers { positions, changes, zigzag_changes };
 
 class MeshoptimizerStream final : public GeometryStream {
 public:
-    MeshoptimizerStream(const GeometryInput& input, const QuantisedPoints& points, Numbers numbers, bool zstd, std::vector<Bytes> packets)
-        : layout_(input, points), step_(points.step), numbers_(numbers), packets_(std::move(packets)), rows_(layout_.count * layout_.stride()) {
+    MeshoptimizerStream(const GeometryInput& input, const QuantisedPoints& points, Numbers numbers, bool zstd,
+                        std::vector<Bytes> packets)
+        : layout_(input, points),
+          step_(points.step),
+          numbers_(numbers),
+          packets_(std::move(packets)),
+          rows_(layout_.count * layout_.stride()) {
         std::uint64_t size = 0;
         for (const Bytes& packet : packets_) size += packet.size();
         parts = {{"packets", size}};
@@ -98,7 +105,8 @@ Bytes encode_vertices(const std::vector<std::byte>& rows, const RowLayout& layou
     Bytes bytes(meshopt_encodeVertexBufferBound(layout.count, layout.stride()));
     auto* into = reinterpret_cast<unsigned char*>(bytes.data());
 #if MESHOPTIMIZER_VERSION >= 1000
-    const std::size_t size = meshopt_encodeVertexBufferLevel(into, bytes.size(), rows.data(), layout.count, layout.stride(), 3, -1);
+    const std::size_t size =
+        meshopt_encodeVertexBufferLevel(into, bytes.size(), rows.data(), layout.count, layout.stride(), 3, -1);
 #else
     const std::size_t size = meshopt_encodeVertexBuffer(into, bytes.size(), rows.data(), layout.count, layout.stride());
 #endif

@@ -28,7 +28,11 @@ class MienStream final : public GeometryStream {
 public:
     MienStream(tools::StoredStream stream, model::FaceModel model, const tools::ByteSplit& split)
         : stream_(std::move(stream)), model_(std::move(model)), info_(std::get<protocol::MotionInfo>(track().info)) {
-        parts = {{"shape", split.shape}, {"basis", split.basis}, {"probabilities", split.probabilities}, {"coefficients", split.coefficients}, {"pose", split.pose}};
+        parts = {{"shape", split.shape},
+                 {"basis", split.basis},
+                 {"probabilities", split.probabilities},
+                 {"coefficients", split.coefficients},
+                 {"pose", split.pose}};
         apart = {{"connectivity", split.connectivity}, {"framing", split.framing}};
         for (const auto& entry : stream_.reader().index()) {
             if (entry.slot != track().rungs.front().slot) continue;
@@ -62,7 +66,8 @@ public:
         Eigen::Map<Eigen::VectorXf> x(out.data(), still_.size());
         x = still_;
         x.noalias() += decoder_->basis().components * motion.coefficients;
-        if (info_.has_pose && info_.kind != MotionKind::weights) apply_pose(motion.pose, PointsMap(out.data(), still_.size() / 3, 3));
+        if (info_.has_pose && info_.kind != MotionKind::weights)
+            apply_pose(motion.pose, PointsMap(out.data(), still_.size() / 3, 3));
         return {};
     }
 
@@ -119,7 +124,7 @@ private:
     const protocol::MotionInfo& info_;
     std::vector<protocol::Group> groups_;
     std::optional<decoder::MotionDecoder> decoder_;
-    Eigen::VectorXf still_;                 // mean and reference together
+    Eigen::VectorXf still_;  // mean and reference together
     std::size_t group_ = 0, object_ = 0, next_ = 0;
     std::int64_t frame_ = 0;
     std::vector<model::Motion> ready_;
@@ -129,7 +134,8 @@ private:
 Result<Bytes> stream_file(const Clip& clip, const encoder::StreamOptions& options) {
     MIEN_TRY(encoded, encoder::encode_stream(clip, options));
     Bytes file;
-    protocol::StreamFileWriter writer([&](ByteView bytes) { file.insert(file.end(), bytes.begin(), bytes.end()); }, encoded.header, encoded.blobs);
+    protocol::StreamFileWriter writer([&](ByteView bytes) { file.insert(file.end(), bytes.begin(), bytes.end()); },
+                                      encoded.header, encoded.blobs);
     for (const protocol::Group& group : encoded.groups) writer.add(group);
     writer.finish();
     return file;
@@ -162,7 +168,8 @@ public:
         if (preset_ == encoder::MotionPreset::guenter98) {
             MIEN_TRY(ideal, out->entropy_bytes());
             const std::uint64_t stored = split.basis + split.probabilities + split.coefficients;
-            out->apart.insert(out->apart.begin(), {ideal < stored ? "static codes" : "entropies", ideal < stored ? stored : ideal});
+            out->apart.insert(out->apart.begin(),
+                              {ideal < stored ? "static codes" : "entropies", ideal < stored ? stored : ideal});
             if (ideal < stored) out->parts = {{"shape", split.shape}, {"entropies", ideal}, {"pose", split.pose}};
         }
         return std::unique_ptr<GeometryStream>(std::move(out));
@@ -183,7 +190,8 @@ void add_mien(GeometryCodecs& list) {
     add("mien-file", "look-ahead inside groups of 1 s", MotionPreset::file, 1.0);
     add("mien-whole", "look-ahead, one group for the whole clip", MotionPreset::file, {});
     add("mien-live", "causal, a packet a frame, groups of 1 s", MotionPreset::live, 1.0);
-    add("guenter98", "the scheme of Guenter et al. 1998, one group; static codes or order-0 entropies, whichever is smaller", MotionPreset::guenter98, {});
+    add("guenter98", "the scheme of Guenter et al. 1998, one group; static codes or order-0 entropies, whichever is smaller",
+        MotionPreset::guenter98, {});
 }
 
 }  // namespace mien::bench

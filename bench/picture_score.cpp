@@ -28,8 +28,14 @@ void PictureScore::add(const Image& truth, const Image& received, const std::vec
     ++pictures_;
 }
 
-double PictureScore::psnr_y() const { return decibels(squared_error_ / pixels_); }
-double PictureScore::ssim() const { return ssim_sum_ / double(pictures_); }
-double PictureScore::worst_psnr_y() const { return decibels(worst_); }
+double PictureScore::psnr_y() const {
+    return decibels(squared_error_ / pixels_);
+}
+double PictureScore::ssim() const {
+    return ssim_sum_ / double(pictures_);
+}
+double PictureScore::worst_psnr_y() const {
+    return decibels(worst_);
+}
 
 }  // namespace mien::bench

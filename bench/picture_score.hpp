@@ -15,14 +15,14 @@ public:
     void add(const Image& truth, const Image& received, const std::vector<std::uint8_t>& counted);
 
     std::int64_t pictures() const { return pictures_; }
-    double psnr_y() const;         ///< dB, infinite when nothing differs
+    double psnr_y() const;  ///< dB, infinite when nothing differs
     double ssim() const;
-    double worst_psnr_y() const;   ///< of one picture
+    double worst_psnr_y() const;  ///< of one picture
 
 private:
     std::int64_t pictures_ = 0;
     double squared_error_ = 0, pixels_ = 0, ssim_sum_ = 0;
-    double worst_ = 0;   // mean squared error
+    double worst_ = 0;  // mean squared error
 };
 
 }  // namespace mien::bench

@@ -67,12 +67,13 @@ MIEN_INLINE void add_bytes(Integer* sums, const std::uint8_t* planes, std::size_
 
 // One body, compiled twice.
 #if defined(__x86_64__)
-#define MIEN_TWICE(name, parameters, arguments, body)             \
-    namespace {                                                   \
-    [[gnu::target("avx2")]] void name##_avx2 parameters body      \
-    void name##_plain parameters body                             \
-    }                                                             \
-    void name parameters { use_avx2() ? name##_avx2 arguments : name##_plain arguments; }
+#define MIEN_TWICE(name, parameters, arguments, body)                                          \
+    namespace {                                                                                \
+    [[gnu::target("avx2")]] void name##_avx2 parameters body void name##_plain parameters body \
+    }                                                                                          \
+    void name parameters {                                                                     \
+        use_avx2() ? name##_avx2 arguments : name##_plain arguments;                           \
+    }
 #else
 #define MIEN_TWICE(name, parameters, arguments, body) void name parameters body
 #endif
@@ -102,7 +103,9 @@ MIEN_TWICE(add_planes, (std::span<std::int32_t> sums, const std::uint8_t* planes
                to_floats(sums.data(), sums.size(), step, out);
            })
 
-void use_plain_arithmetic(bool plain) { plain_only = plain; }
+void use_plain_arithmetic(bool plain) {
+    plain_only = plain;
+}
 
 QuantisedPoints::QuantisedPoints(const GeometryInput& input, double rms)
     : step(float(input.step(rms))), frames(input.frames), numbers(input.numbers()), values(input.held.size()) {

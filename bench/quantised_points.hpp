@@ -14,15 +14,17 @@ struct QuantisedPoints {
 
     float step = 1;
     std::int64_t frames = 0, numbers = 0;
-    bool narrow = true;                    ///< every number fits 16 bits
-    std::vector<std::int32_t> values;      ///< F x numbers
+    bool narrow = true;                ///< every number fits 16 bits
+    std::vector<std::int32_t> values;  ///< F x numbers
 
     std::int32_t at(std::int64_t f, std::int64_t i) const { return values[std::size_t(f * numbers + i)]; }
     /// Change since the frame before; since zero in frame 0.
     std::int32_t delta(std::int64_t f, std::int64_t i) const { return f ? at(f, i) - at(f - 1, i) : at(f, i); }
 };
 
-constexpr std::uint32_t zigzag(std::int32_t v) { return (std::uint32_t(v) << 1) ^ std::uint32_t(v >> 31); }
+constexpr std::uint32_t zigzag(std::int32_t v) {
+    return (std::uint32_t(v) << 1) ^ std::uint32_t(v >> 31);
+}
 
 // The last step of the baselines' decoders: deltas added up, then floats. Plain loops, compiled for the baseline and for
 // AVX2 and chosen at run time. `sums`: the numbers of the frame before, updated. Sixteen-bit sums wrap, which the values'

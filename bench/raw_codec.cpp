@@ -35,6 +35,8 @@ public:
 
 }  // namespace
 
-void add_raw(GeometryCodecs& list) { list.codecs.push_back(std::make_unique<RawCodec>()); }
+void add_raw(GeometryCodecs& list) {
+    list.codecs.push_back(std::make_unique<RawCodec>());
+}
 
 }  // namespace mien::bench

@@ -38,7 +38,13 @@ PlotSeries& find(std::vector<PlotSeries>& all, const std::string& name) {
 
 Plot motion_plot(const Report& report, const ClipFacts& clip) {
     const bool weights = clip.kind == "weights";
-    Plot plot{"Motion of " + clip.name, "kbit/s", weights ? "RMS error, weight units (up is better)" : "RMS error, mm (up is better)", true, true, true, {}};
+    Plot plot{"Motion of " + clip.name,
+              "kbit/s",
+              weights ? "RMS error, weight units (up is better)" : "RMS error, mm (up is better)",
+              true,
+              true,
+              true,
+              {}};
     std::map<int, std::vector<std::string>> members;
     for (const GeometryRow& row : report.geometry) {
         if (row.clip != clip.key || !row.failed.empty() || !(row.rms > 0)) continue;
@@ -49,7 +55,9 @@ Plot motion_plot(const Report& report, const ClipFacts& clip) {
         if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
         series.mark = int(std::find(names.begin(), names.end(), name) - names.begin()) % 4;
         series.strong = is_ours(row.codec);
-        series.points.push_back({row.kbps, row.rms, fmt::format("{}: {} kbit/s, RMS {}, peak {}", name, figure(row.kbps, 4), figure(row.rms, 3), figure(row.peak, 3))});
+        series.points.push_back(
+            {row.kbps, row.rms,
+             fmt::format("{}: {} kbit/s, RMS {}, peak {}", name, figure(row.kbps, 4), figure(row.rms, 3), figure(row.peak, 3))});
     }
     return plot;
 }
@@ -63,7 +71,9 @@ Plot texture_plot(const Report& report, const ClipFacts& clip) {
         series.colour = texture_colour(row.codec);
         series.mark = row.series == "mien" ? 0 : 1;
         series.strong = row.series == "mien";
-        series.points.push_back({row.kbps, row.psnr_y, fmt::format("{}: {} kbit/s, {} dB, SSIM {}", name, figure(row.kbps, 4), figure(row.psnr_y, 4), figure(row.ssim, 4))});
+        series.points.push_back({row.kbps, row.psnr_y,
+                                 fmt::format("{}: {} kbit/s, {} dB, SSIM {}", name, figure(row.kbps, 4), figure(row.psnr_y, 4),
+                                             figure(row.ssim, 4))});
     }
     return plot;
 }
@@ -77,7 +87,9 @@ Plot view_plot(const Report& report, const ClipFacts& clip) {
         series.colour = texture_colour(row.texture);
         series.strong = is_ours(row.geometry) && row.series == "mien";
         series.mark = series.strong ? 0 : is_ours(row.geometry) ? 1 : 2;
-        series.points.push_back({row.kbps, row.psnr_y, fmt::format("{}: {} kbit/s, {} dB, SSIM {}", name, figure(row.kbps, 4), figure(row.psnr_y, 4), figure(row.ssim, 4))});
+        series.points.push_back({row.kbps, row.psnr_y,
+                                 fmt::format("{}: {} kbit/s, {} dB, SSIM {}", name, figure(row.kbps, 4), figure(row.psnr_y, 4),
+                                             figure(row.ssim, 4))});
     }
     return plot;
 }

@@ -16,14 +16,14 @@ struct Table {
         bool ours = false;
     };
     std::vector<Row> rows;
-    bool details = false;                  ///< every single row, for who wants to check
+    bool details = false;  ///< every single row, for who wants to check
     bool empty() const { return rows.empty(); }
 };
 
 /// Whether a column holds words and not figures.
 bool is_text(const Table& table, std::size_t column);
 
-/// A codec as it is shown: with its library's version where the report holds several.
+/// A codec as it is shown: with its library's version where the report holds several of them.
 std::string shown_codec(const Report& report, const std::string& codec, const std::string& library);
 bool is_ours(const std::string& codec);
 

@@ -79,7 +79,8 @@ Clip sheet_clip() {
     mesh.positions.resize(kSide * kSide, 3);
     for (int y = 0; y < kSide; ++y)
         for (int x = 0; x < kSide; ++x) {
-            mesh.positions.row(y * kSide + x) = Vec3(10.f * float(x) - 95, 10.f * float(y) - 95, 20 * std::cos(float(x) / 6)).transpose();
+            mesh.positions.row(y * kSide + x) =
+                Vec3(10.f * float(x) - 95, 10.f * float(y) - 95, 20 * std::cos(float(x) / 6)).transpose();
             mesh.texcoords.push_back({float(x) / (kSide - 1), float(y) / (kSide - 1)});
         }
     for (std::uint32_t y = 0; y + 1 < kSide; ++y)
@@ -93,7 +94,8 @@ Clip sheet_clip() {
     for (std::int64_t f = 0; f < kFrames; ++f) {
         PointsMap points = clip.vertices->frame(f);
         points = mesh.positions;
-        for (Eigen::Index p = 0; p < points.rows(); ++p) points(p, 2) += 5 * std::sin(points(p, 0) / 30 + float(f) / 2) * std::cos(points(p, 1) / 50 - float(f) / 3);
+        for (Eigen::Index p = 0; p < points.rows(); ++p)
+            points(p, 2) += 5 * std::sin(points(p, 0) / 30 + float(f) / 2) * std::cos(points(p, 1) / 50 - float(f) / 3);
     }
     clip.neutral = std::move(mesh);
     clip.texture = std::make_shared<Rings>(kFrames);
@@ -112,8 +114,8 @@ std::string clip_key(const Clip& clip) {
     if (clip.markers) add(clip.markers->xyz);
     if (clip.weights) add(clip.weights->values);
     if (clip.neutral) add(clip.neutral->triangles);
-    const std::int64_t numbers[] = {clip.frame_rate.num, clip.frame_rate.den, clip.frame_count(), clip.texture ? clip.texture->width() : 0,
-                                    clip.texture ? clip.texture->height() : 0};
+    const std::int64_t numbers[] = {clip.frame_rate.num, clip.frame_rate.den, clip.frame_count(),
+                                    clip.texture ? clip.texture->width() : 0, clip.texture ? clip.texture->height() : 0};
     add(numbers);
     if (clip.texture)
         if (const auto first = clip.texture->read(0); first.ok()) add(first->pixels);

@@ -15,12 +15,13 @@
 namespace mien::bench {
 namespace {
 
-constexpr double kWeightScale = 0.05;   // weight units that stand for a millimetre: 0.005 beside 0.1 mm
+constexpr double kWeightScale = 0.05;  // weight units that stand for a millimetre: 0.005 beside 0.1 mm
 
 Result<std::optional<protocol::MotionKind>> motion_kind(const Clip& clip, const std::string& asked) {
     using protocol::MotionKind;
     using Kind = std::optional<MotionKind>;
-    const std::pair<const char*, bool> there[] = {{"vertices", clip.vertices.has_value()}, {"markers", clip.markers.has_value()}, {"weights", clip.weights.has_value()}};
+    const std::pair<const char*, bool> there[] = {
+        {"vertices", clip.vertices.has_value()}, {"markers", clip.markers.has_value()}, {"weights", clip.weights.has_value()}};
     const MotionKind kinds[] = {MotionKind::vertices, MotionKind::markers, MotionKind::weights};
     for (int i = 0; i < 3; ++i) {
         if (asked == there[i].first && !there[i].second)
@@ -40,7 +41,9 @@ ClipFacts facts_of(const Clip& clip, const std::optional<protocol::MotionKind>& 
     facts.frames = clip.frame_count();
     if (kind) {
         const GeometryInput input(clip, *kind);
-        facts.kind = *kind == protocol::MotionKind::vertices ? "vertices" : *kind == protocol::MotionKind::markers ? "markers" : "weights";
+        facts.kind = *kind == protocol::MotionKind::vertices  ? "vertices"
+                     : *kind == protocol::MotionKind::markers ? "markers"
+                                                              : "weights";
         facts.points = input.points;
         facts.triangles = std::int64_t(input.triangles.size());
         if (facts.triangles) {
@@ -54,12 +57,19 @@ ClipFacts facts_of(const Clip& clip, const std::optional<protocol::MotionKind>& 
 
 class GeometrySuite {
 public:
-    GeometrySuite(const Clip& clip, protocol::MotionKind kind, const SuiteOptions& options, Report& report, const std::function<void()>& save,
-                  const Progress& progress)
-        : input_(clip, kind), key_(clip_key(clip)), options_(options), report_(report), save_(save), progress_(progress), list_(geometry_codecs()) {
+    GeometrySuite(const Clip& clip, protocol::MotionKind kind, const SuiteOptions& options, Report& report,
+                  const std::function<void()>& save, const Progress& progress)
+        : input_(clip, kind),
+          key_(clip_key(clip)),
+          options_(options),
+          report_(report),
+          save_(save),
+          progress_(progress),
+          list_(geometry_codecs()) {
         rms_ = options.rms;
         if (rms_.empty())
-            for (const double mm : {0.4, 0.2, 0.1, 0.05, 0.025}) rms_.push_back(kind == protocol::MotionKind::weights ? mm * kWeightScale : mm);
+            for (const double mm : {0.4, 0.2, 0.1, 0.05, 0.025})
+                rms_.push_back(kind == protocol::MotionKind::weights ? mm * kWeightScale : mm);
         for (const auto& codec : list_.codecs)
             if (chosen(options.codecs, codec->name) && codec->refuses(input_).empty()) codecs_.push_back(codec.get());
     }
@@ -100,7 +110,7 @@ public:
         for (const GeometryCodec* codec : order) {
             if (progress_) progress_("encoding for timing", std::int64_t(timed.size()), std::int64_t(order.size()));
             auto stream = codec->encode(input_, rms);
-            if (!stream.ok()) continue;   // its row says why
+            if (!stream.ok()) continue;  // its row says why
             streams.push_back(std::move(*stream));
             timed.push_back({codec, streams.back().get()});
             if (!codec->lossless) encoders.push_back(codec);
@@ -109,7 +119,8 @@ public:
         const auto second = std::max<std::int64_t>(1, std::llround(input_.clip.frame_rate.value()));
         MIEN_TRY(rows, time_decoding(input_, timed, rms, second, options_.timing_rounds, progress_));
         if (!encoders.empty()) {
-            const Clip beginning = first_frames(input_.clip, std::llround(options_.encode_seconds * input_.clip.frame_rate.value()));
+            const Clip beginning =
+                first_frames(input_.clip, std::llround(options_.encode_seconds * input_.clip.frame_rate.value()));
             const GeometryInput short_input(beginning, input_.kind);
             MIEN_TRY(more, time_encoding(short_input, encoders, rms, std::min(3, options_.timing_rounds), progress_));
             rows.insert(rows.end(), more.begin(), more.end());
@@ -136,10 +147,13 @@ public:
 
 private:
     bool same(const GeometryRow& row, const GeometryCodec& codec, double rms) const {
-        return row.clip == key_ && row.codec == codec.name && row.library == codec.library && std::abs(row.asked_rms - rms) < 1e-9;
+        return row.clip == key_ && row.codec == codec.name && row.library == codec.library &&
+               std::abs(row.asked_rms - rms) < 1e-9;
     }
     bool has_row(const GeometryCodec& codec, double rms) const {
-        return !options_.force && std::any_of(report_.geometry.begin(), report_.geometry.end(), [&](const GeometryRow& row) { return row.failed.empty() && same(row, codec, rms); });
+        return !options_.force && std::any_of(report_.geometry.begin(), report_.geometry.end(), [&](const GeometryRow& row) {
+            return row.failed.empty() && same(row, codec, rms);
+        });
     }
     /// A run is what ran in it: codecs, versions and error.
     std::string run_name(const std::vector<const GeometryCodec*>& codecs, double rms) const {
@@ -162,7 +176,8 @@ private:
 }  // namespace
 
 bool chosen(const std::vector<std::string>& beginnings, const std::string& name) {
-    return beginnings.empty() || std::any_of(beginnings.begin(), beginnings.end(), [&](const std::string& b) { return name.starts_with(b); });
+    return beginnings.empty() ||
+           std::any_of(beginnings.begin(), beginnings.end(), [&](const std::string& b) { return name.starts_with(b); });
 }
 
 void drop_other_builds(Report& report) {
@@ -171,22 +186,26 @@ void drop_other_builds(Report& report) {
     std::vector<std::string> stale;
     for (const TimingRow& row : report.timing)
         if (other(row.library)) stale.push_back(row.run);
-    std::erase_if(report.timing, [&](const TimingRow& row) { return std::find(stale.begin(), stale.end(), row.run) != stale.end(); });
+    std::erase_if(report.timing,
+                  [&](const TimingRow& row) { return std::find(stale.begin(), stale.end(), row.run) != stale.end(); });
     std::erase_if(report.texture, [&](const TextureRow& row) { return other(row.library); });
     std::erase_if(report.views, [&](const ViewRow& row) { return other(row.library); });
 }
 
-Result<void> run_clip(const Clip& clip, const SuiteOptions& options, Report& report, const std::function<void()>& save, const Progress& progress) {
+Result<void> run_clip(const Clip& clip, const SuiteOptions& options, Report& report, const std::function<void()>& save,
+                      const Progress& progress) {
     MIEN_TRY(kind, motion_kind(clip, options.motion));
     ClipFacts facts = facts_of(clip, kind);
     const std::string key = facts.key;
-    const auto old = std::find_if(report.clips.begin(), report.clips.end(), [&](const ClipFacts& there) { return there.key == key; });
+    const auto old =
+        std::find_if(report.clips.begin(), report.clips.end(), [&](const ClipFacts& there) { return there.key == key; });
     if (old == report.clips.end()) {
         report.clips.push_back(std::move(facts));
     } else {
         // What another run knew stays: this build may have no Draco, or this command no motion.
         if (!facts.connectivity_bytes) facts.connectivity_bytes = old->connectivity_bytes;
-        if (!facts.draco_sorted_bytes) facts.draco_sorted_bytes = old->draco_sorted_bytes, facts.draco_ordered_bytes = old->draco_ordered_bytes;
+        if (!facts.draco_sorted_bytes)
+            facts.draco_sorted_bytes = old->draco_sorted_bytes, facts.draco_ordered_bytes = old->draco_ordered_bytes;
         *old = std::move(facts);
     }
     if (kind && options.geometry) {
@@ -195,7 +214,8 @@ Result<void> run_clip(const Clip& clip, const SuiteOptions& options, Report& rep
         suite.run_rows();
         if (options.timing) MIEN_CHECK(suite.run_timing());
     }
-    if (options.texture && clip.texture && clip.texture->frames() > 1) MIEN_CHECK(run_textures(clip, key, options, report, save, progress));
+    if (options.texture && clip.texture && clip.texture->frames() > 1)
+        MIEN_CHECK(run_textures(clip, key, options, report, save, progress));
     return {};
 }
 

@@ -30,7 +30,8 @@ struct Packets {
     double kbps = 0;
 };
 
-Result<Packets> encode_packets(const Clip& clip, encoder::TextureFill& fill, const media::VideoEncoderSettings& settings, const Progress& progress) {
+Result<Packets> encode_packets(const Clip& clip, encoder::TextureFill& fill, const media::VideoEncoderSettings& settings,
+                               const Progress& progress) {
     MIEN_TRY(encoder, media::VideoEncoder::open(settings));
     Packets out;
     out.codec_config = encoder.codec_config();
@@ -92,7 +93,9 @@ Result<CodedTexture> encode_plain(const Clip& clip, const std::string& codec, do
         if (std::abs(std::log(retry.kbps / kbps)) >= std::abs(std::log(best.kbps / kbps))) break;
         best = std::move(retry);
     }
-    CodedTexture out{track_of(clip, codec, std::move(best.codec_config), {std::uint32_t(width), std::uint32_t(height), YuvView::Matrix::bt709, false}), {}};
+    CodedTexture out{track_of(clip, codec, std::move(best.codec_config),
+                              {std::uint32_t(width), std::uint32_t(height), YuvView::Matrix::bt709, false}),
+                     {}};
     for (media::VideoPacket& packet : best.packets) {
         if (packet.frame % settings.key_interval == 0 && packet.key) {
             protocol::Group group;
@@ -100,7 +103,8 @@ Result<CodedTexture> encode_plain(const Clip& clip, const std::string& codec, do
             group.first_time = packet.frame;
             out.groups.push_back(std::move(group));
         }
-        if (out.groups.empty()) return Error{ErrorCode::unavailable, "the " + codec + " encoder here does not start with a key frame"};
+        if (out.groups.empty())
+            return Error{ErrorCode::unavailable, "the " + codec + " encoder here does not start with a key frame"};
         out.groups.back().objects.push_back({1, std::move(packet.bytes)});
     }
     return out;
@@ -124,6 +128,8 @@ Result<void> decode_texture(const CodedTexture& texture, const std::function<Res
     return {};
 }
 
-std::string texture_library() { return std::string("FFmpeg ") + av_version_info(); }
+std::string texture_library() {
+    return std::string("FFmpeg ") + av_version_info();
+}
 
 }  // namespace mien::bench

@@ -13,10 +13,10 @@ namespace mien::bench {
 
 /// The texture of a clip as stored.
 struct CodedTexture {
-    protocol::Track track;                  ///< with one rung
+    protocol::Track track;  ///< with one rung
     std::vector<protocol::Group> groups;
 
-    std::uint64_t bytes() const;            ///< packets and codec headers
+    std::uint64_t bytes() const;  ///< packets and codec headers
 };
 
 /// The subject: encoder::encode_texture, groups of one second.
@@ -27,8 +27,9 @@ Result<CodedTexture> encode_ours(const Clip& clip, const std::string& codec, dou
 Result<CodedTexture> encode_plain(const Clip& clip, const std::string& codec, double kbps, const Progress& progress = {});
 
 /// Decodes everything; `picture` gets every frame in order, as RGB.
-Result<void> decode_texture(const CodedTexture& texture, const std::function<Result<void>(std::int64_t frame, const Image& picture)>& picture);
+Result<void> decode_texture(const CodedTexture& texture,
+                            const std::function<Result<void>(std::int64_t frame, const Image& picture)>& picture);
 
-std::string texture_library();   ///< "FFmpeg 5.1.6"
+std::string texture_library();  ///< "FFmpeg 5.1.6"
 
 }  // namespace mien::bench

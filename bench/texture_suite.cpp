@@ -14,19 +14,25 @@
 namespace mien::bench {
 namespace {
 
-constexpr double kViewRms = 0.1;   // mm, of both motion codecs in drawn views
+constexpr double kViewRms = 0.1;  // mm, of both motion codecs in drawn views
 
 /// A motion codec's part of the drawn views.
 struct ViewGeometry {
     std::string codec;
     double kbps = 0;
-    std::vector<Points> positions;   ///< of the sampled frames
+    std::vector<Points> positions;  ///< of the sampled frames
 };
 
 class TextureSuite {
 public:
-    TextureSuite(const Clip& clip, const std::string& key, const SuiteOptions& options, Report& report, const std::function<void()>& save, const Progress& progress)
-        : clip_(clip), key_(key), options_(options), report_(report), save_(save), progress_(progress),
+    TextureSuite(const Clip& clip, const std::string& key, const SuiteOptions& options, Report& report,
+                 const std::function<void()>& save, const Progress& progress)
+        : clip_(clip),
+          key_(key),
+          options_(options),
+          report_(report),
+          save_(save),
+          progress_(progress),
           used_(encoder::used_texels(clip, clip.texture->width(), clip.texture->height())) {}
 
     Result<void> run() {
@@ -47,9 +53,17 @@ private:
         row.library = ours ? own_library() : texture_library();
         row.series = series;
         row.asked_kbps = kbps;
-        const auto same_texture = [&](const TextureRow& old) { return old.clip == key_ && old.codec == codec && old.series == series && old.library == row.library && old.asked_kbps == kbps; };
-        const auto same_view = [&](const ViewRow& old) { return old.clip == key_ && old.texture == codec && old.series == series && old.asked_kbps == kbps && (!ours || old.library == row.library); };
-        const auto done = [&](const auto& rows, const auto& same) { return std::any_of(rows.begin(), rows.end(), [&](const auto& old) { return old.failed.empty() && same(old); }); };
+        const auto same_texture = [&](const TextureRow& old) {
+            return old.clip == key_ && old.codec == codec && old.series == series && old.library == row.library &&
+                   old.asked_kbps == kbps;
+        };
+        const auto same_view = [&](const ViewRow& old) {
+            return old.clip == key_ && old.texture == codec && old.series == series && old.asked_kbps == kbps &&
+                   (!ours || old.library == row.library);
+        };
+        const auto done = [&](const auto& rows, const auto& same) {
+            return std::any_of(rows.begin(), rows.end(), [&](const auto& old) { return old.failed.empty() && same(old); });
+        };
         if (!options_.force && done(report_.texture, same_texture) && (!views || done(report_.views, same_view))) return {};
 
         auto coded = ours ? encode_ours(clip_, codec, kbps, progress_) : encode_plain(clip_, codec, kbps, progress_);
@@ -78,7 +92,8 @@ private:
             if (progress_) progress_("comparing texture", frame, frames);
             MIEN_TRY(truth, clip_.texture->read(frame));
             score.add(truth, picture, used_);
-            if (views_ && sampled.size() < views_->frames().size() && views_->frames()[sampled.size()] == frame) sampled.push_back(picture);
+            if (views_ && sampled.size() < views_->frames().size() && views_->frames()[sampled.size()] == frame)
+                sampled.push_back(picture);
             return {};
         }));
         if (score.pictures() != frames) return Error{ErrorCode::mismatch, "the decoder gives another number of pictures back"};
@@ -89,7 +104,9 @@ private:
         return {};
     }
 
-    bool wants_views() const { return options_.views && !no_views_ && clip_.vertices && clip_.neutral && clip_.neutral->has_texcoords(); }
+    bool wants_views() const {
+        return options_.views && !no_views_ && clip_.vertices && clip_.neutral && clip_.neutral->has_texcoords();
+    }
 
     /// The renderer and both motions, once.
     Result<void> prepare_views() {
@@ -108,9 +125,12 @@ private:
         std::optional<ViewGeometry> best;
         for (const auto& codec : list.codecs) {
             const bool subject = codec->name == "mien-file";
-            if (!subject && (codec->ours || codec->name == "guenter98" || codec->lossless || !chosen({"zstd", "meshopt-delta"}, codec->name))) continue;
+            if (!subject &&
+                (codec->ours || codec->name == "guenter98" || codec->lossless || !chosen({"zstd", "meshopt-delta"}, codec->name)))
+                continue;
             MIEN_TRY(stream, codec->encode(input, kViewRms));
-            ViewGeometry geometry{codec->name, double(stream->bytes()) * 8 / 1000 * clip_.frame_rate.value() / double(input.frames), {}};
+            ViewGeometry geometry{
+                codec->name, double(stream->bytes()) * 8 / 1000 * clip_.frame_rate.value() / double(input.frames), {}};
             if (!subject && best && best->kbps <= geometry.kbps) continue;
             MIEN_TRY(positions, views_->sample(*stream));
             geometry.positions = std::move(positions);
@@ -153,8 +173,8 @@ private:
 
 }  // namespace
 
-Result<void> run_textures(const Clip& clip, const std::string& key, const SuiteOptions& options, Report& report, const std::function<void()>& save,
-                          const Progress& progress) {
+Result<void> run_textures(const Clip& clip, const std::string& key, const SuiteOptions& options, Report& report,
+                          const std::function<void()>& save, const Progress& progress) {
     return TextureSuite(clip, key, options, report, save, progress).run();
 }
 

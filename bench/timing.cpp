@@ -12,7 +12,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 /// Everything on one core while this lives.
 class OneCore {
@@ -24,12 +26,13 @@ public:
 };
 
 struct Samples {
-    std::vector<double> frames;   ///< of single frames
-    std::vector<double> units;    ///< of whole units, per frame; unit i of every entry is the same frames in the same round
+    std::vector<double> frames;  ///< of single frames
+    std::vector<double> units;   ///< of whole units, per frame; unit i of every entry is the same frames in the same round
 };
 
-TimingRow row_of(const GeometryInput& input, const GeometryCodec& codec, const std::string& set, double rms, std::int64_t unit_frames,
-                 const std::vector<double>& samples, const std::vector<double>& units, const std::vector<double>& first_units) {
+TimingRow row_of(const GeometryInput& input, const GeometryCodec& codec, const std::string& set, double rms,
+                 std::int64_t unit_frames, const std::vector<double>& samples, const std::vector<double>& units,
+                 const std::vector<double>& first_units) {
     TimingRow row;
     row.set = set;
     row.codec = codec.name;
@@ -58,8 +61,8 @@ double quantile(std::vector<double> samples, double q) {
     return samples[below] + (place - double(below)) * (samples[above] - samples[below]);
 }
 
-Result<std::vector<TimingRow>> time_decoding(const GeometryInput& input, const std::vector<Timed>& entries, double rms, std::int64_t unit_frames,
-                                             int rounds, const Progress& progress) {
+Result<std::vector<TimingRow>> time_decoding(const GeometryInput& input, const std::vector<Timed>& entries, double rms,
+                                             std::int64_t unit_frames, int rounds, const Progress& progress) {
     const OneCore one_core;
     const std::int64_t units = (input.frames + unit_frames - 1) / unit_frames;
     std::vector<float> out(std::size_t(input.numbers()));
@@ -90,7 +93,9 @@ Result<std::vector<TimingRow>> time_decoding(const GeometryInput& input, const s
         const Samples* subject = nullptr;
         for (std::size_t e = 0; e < entries.size(); ++e) {
             const GeometryStream& stream = *entries[e].stream;
-            if (single ? entries[e].codec->mode != Mode::live || stream.frames_together > 1 : stream.frames_together > unit_frames) continue;
+            if (single ? entries[e].codec->mode != Mode::live || stream.frames_together > 1
+                       : stream.frames_together > unit_frames)
+                continue;
             if (!subject) subject = &samples[e];
             rows.push_back(row_of(input, *entries[e].codec, single ? "frame" : "group", rms, single ? 1 : unit_frames,
                                   single ? samples[e].frames : samples[e].units, samples[e].units, subject->units));
@@ -99,13 +104,15 @@ Result<std::vector<TimingRow>> time_decoding(const GeometryInput& input, const s
     return rows;
 }
 
-Result<std::vector<TimingRow>> time_encoding(const GeometryInput& input, const std::vector<const GeometryCodec*>& codecs, double rms, int rounds,
-                                             const Progress& progress) {
+Result<std::vector<TimingRow>> time_encoding(const GeometryInput& input, const std::vector<const GeometryCodec*>& codecs,
+                                             double rms, int rounds, const Progress& progress) {
     const OneCore one_core;
     std::vector<std::vector<double>> samples(codecs.size());
     for (int round = 0; round < rounds; ++round)
         for (std::size_t c = 0; c < codecs.size(); ++c) {
-            if (progress) progress("timing encoders", round * std::int64_t(codecs.size()) + std::int64_t(c), rounds * std::int64_t(codecs.size()));
+            if (progress)
+                progress("timing encoders", round * std::int64_t(codecs.size()) + std::int64_t(c),
+                         rounds * std::int64_t(codecs.size()));
             const auto start = Clock::now();
             MIEN_CHECK(codecs[c]->encode(input, rms));
             samples[c].push_back(seconds_since(start) / double(input.frames));

@@ -10,7 +10,7 @@ constexpr std::array<render::View, 3> kViews{render::View::front, render::View::
 
 struct TruePicture {
     Image picture;
-    std::vector<std::uint8_t> face;   ///< pixels that the mesh covers
+    std::vector<std::uint8_t> face;  ///< pixels that the mesh covers
 };
 
 }  // namespace
@@ -20,18 +20,21 @@ struct ViewComparison::State {
 
     Image draw(render::View view, const render::Look& look = {}) {
         const auto box = render::bounding_box(clip.neutral->positions);
-        return still.picture(render::frame_box(box, float(kWidth) / kHeight, view).camera(), kWidth, kHeight, look, render::Smoothing::none);
+        return still.picture(render::frame_box(box, float(kWidth) / kHeight, view).camera(), kWidth, kHeight, look,
+                             render::Smoothing::none);
     }
 
     const Clip& clip;
     render::StillRenderer still;
     std::vector<std::int64_t> frames;
-    std::vector<TruePicture> truth;   ///< by frame, then view
+    std::vector<TruePicture> truth;  ///< by frame, then view
 };
 
 ViewComparison::ViewComparison(std::unique_ptr<State> state) : state_(std::move(state)) {}
 ViewComparison::~ViewComparison() = default;
-const std::vector<std::int64_t>& ViewComparison::frames() const { return state_->frames; }
+const std::vector<std::int64_t>& ViewComparison::frames() const {
+    return state_->frames;
+}
 
 Result<std::unique_ptr<ViewComparison>> ViewComparison::create(const Clip& clip, std::int64_t pictures) {
     auto state = std::make_unique<State>(clip);

@@ -16,7 +16,7 @@ public:
     static Result<std::unique_ptr<ViewComparison>> create(const Clip& clip, std::int64_t pictures);
     ~ViewComparison();
 
-    const std::vector<std::int64_t>& frames() const;   ///< that are drawn, ascending
+    const std::vector<std::int64_t>& frames() const;  ///< that are drawn, ascending
 
     /// Decodes the sampled frames of a geometry stream: V x 3 floats each.
     Result<std::vector<Points>> sample(GeometryStream& stream) const;

@@ -29,7 +29,8 @@ TEST(BdRate, OfAConstantFactorIsThatFactor) {
 TEST(BdRate, IsTakenWhereBothCurvesAre) {
     // Straight in log rate: a decade per 10 dB, and one that needs 10^0.05 dB-wise more at every dB above 30.
     const RatePoint anchor[] = {{10, 20}, {100, 30}, {1000, 40}};
-    const RatePoint test[] = {{100, 30}, {100 * std::pow(10, 0.75), 35}, {100 * std::pow(10, 1.5), 40}, {100 * std::pow(10, 3), 50}};
+    const RatePoint test[] = {
+        {100, 30}, {100 * std::pow(10, 0.75), 35}, {100 * std::pow(10, 1.5), 40}, {100 * std::pow(10, 3), 50}};
     // The mean of 0.05 (q - 30) over 30 .. 40 is 0.25.
     EXPECT_NEAR(bd_rate(anchor, test).value(), 100 * (std::pow(10, 0.25) - 1), 1e-9);
 }

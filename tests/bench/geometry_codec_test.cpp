@@ -22,13 +22,14 @@ TEST(EveryGeometryCodec, MeetsTheErrorThatWasAsked) {
     for (const auto& codec : geometry_codecs().codecs) {
         ASSERT_EQ(codec->refuses(input), "") << codec->name;
         std::uint64_t coarser = 0;
-        for (const double rms : {0.5, 0.1, 0.0001}) {   // the last one needs more than 16 bits
-            if (rms < 0.01 && codec->library == own_library()) continue;   // finer than the model's own grid
+        for (const double rms : {0.5, 0.1, 0.0001}) {                     // the last one needs more than 16 bits
+            if (rms < 0.01 && codec->library == own_library()) continue;  // finer than the model's own grid
             const GeometryRun run = run_geometry(input, *codec, rms);
             ASSERT_EQ(run.row.failed, "") << codec->name << " at " << rms;
             EXPECT_LE(run.row.rms, rms * kGridTolerance) << codec->name;
             EXPECT_LE(run.row.rms, run.row.peak + 1e-12) << codec->name;
-            EXPECT_NEAR(run.row.kbps, double(run.row.bytes) * 8 / 1000, 1e-9) << "twelve frames at 12 Hz are a second; " << codec->name;
+            EXPECT_NEAR(run.row.kbps, double(run.row.bytes) * 8 / 1000, 1e-9)
+                << "twelve frames at 12 Hz are a second; " << codec->name;
             if (codec->lossless) {
                 EXPECT_EQ(run.row.peak, 0);
                 EXPECT_EQ(run.row.bytes, std::uint64_t(input.frames * input.numbers() * 4));
@@ -49,7 +50,8 @@ TEST(EveryGeometryCodec, DecodesTheSameAgain) {
         ASSERT_TRUE(stream.ok()) << codec->name;
         std::vector<std::vector<float>> first(std::size_t(input.frames), std::vector<float>(std::size_t(input.numbers())));
         ASSERT_TRUE((*stream)->start().ok());
-        for (std::int64_t f = 0; f < input.frames; ++f) ASSERT_TRUE((*stream)->decode(f, first[std::size_t(f)]).ok()) << codec->name;
+        for (std::int64_t f = 0; f < input.frames; ++f)
+            ASSERT_TRUE((*stream)->decode(f, first[std::size_t(f)]).ok()) << codec->name;
         ASSERT_TRUE((*stream)->start().ok());
         std::vector<float> again(std::size_t(input.numbers()));
         for (std::int64_t f = 0; f < input.frames; ++f) {
@@ -68,8 +70,10 @@ TEST(EveryGeometryCodec, TakesMissingMarkersAndWeightsOrSaysWhyNot) {
     Clip weights;
     weights.name = "weights";
     weights.weights.emplace(24, 5);
-    for (std::size_t i = 0; i < weights.weights->values.size(); ++i) weights.weights->values[i] = 0.5f + 0.5f * std::sin(float(i) / 9);
-    for (const auto& [clip, kind, rms] : {std::tuple{&markers, MotionKind::markers, 0.1}, std::tuple{&weights, MotionKind::weights, 0.005}}) {
+    for (std::size_t i = 0; i < weights.weights->values.size(); ++i)
+        weights.weights->values[i] = 0.5f + 0.5f * std::sin(float(i) / 9);
+    for (const auto& [clip, kind, rms] :
+         {std::tuple{&markers, MotionKind::markers, 0.1}, std::tuple{&weights, MotionKind::weights, 0.005}}) {
         const GeometryInput input(*clip, kind);
         for (const float value : input.held) ASSERT_FALSE(std::isnan(value));
         int taken = 0;
@@ -77,7 +81,7 @@ TEST(EveryGeometryCodec, TakesMissingMarkersAndWeightsOrSaysWhyNot) {
             if (!codec->refuses(input).empty()) continue;
             const GeometryRun run = run_geometry(input, *codec, rms);
             EXPECT_EQ(run.row.failed, "") << codec->name;
-            EXPECT_LE(run.row.rms, rms * 1.2) << codec->name;   // 120 weights are too few for an average
+            EXPECT_LE(run.row.rms, rms * 1.2) << codec->name;  // 120 weights are too few for an average
             ++taken;
         }
         EXPECT_GE(taken, 6);
@@ -105,7 +109,8 @@ TEST(Measuring, SeesAKnownError) {
 
 TEST(DracoConnectivity, IsSmallerWhenTheOrderMayChange) {
     const Clip clip = sheet_clip();
-    const std::uint64_t sorted = draco_connectivity_bytes(*clip.neutral, false), ordered = draco_connectivity_bytes(*clip.neutral, true);
+    const std::uint64_t sorted = draco_connectivity_bytes(*clip.neutral, false),
+                        ordered = draco_connectivity_bytes(*clip.neutral, true);
     if (sorted == 0) GTEST_SKIP() << "skipped: no Draco in this build";
     EXPECT_LT(sorted, ordered);
     EXPECT_LT(ordered, clip.neutral->triangles.size() * 12);

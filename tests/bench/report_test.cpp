@@ -81,7 +81,8 @@ TEST(Report, ComesBackFromJson) {
 
 TEST(Report, PageNeedsNothingElseAndEscapesNames) {
     const std::string page = to_html(small_report());
-    for (const char* fetch : {"http:", "https:", "src=", "<script", "@import", "url("}) EXPECT_EQ(page.find(fetch), std::string::npos) << fetch;
+    for (const char* fetch : {"http:", "https:", "src=", "<script", "@import", "url("})
+        EXPECT_EQ(page.find(fetch), std::string::npos) << fetch;
     EXPECT_EQ(page.find("<two>"), std::string::npos);
     EXPECT_NE(page.find("one &lt;two&gt;"), std::string::npos);
     EXPECT_NE(page.find("<svg"), std::string::npos);
@@ -97,7 +98,7 @@ TEST(Report, TablesShowRatesAndTheirBdRate) {
     EXPECT_EQ(headline.rows[0].cells[3], "20.00 zstd-delta");
     const auto tables = geometry_tables(report, report.clips[0]);
     ASSERT_FALSE(tables.empty());
-    EXPECT_EQ(tables[0].rows[1].cells.back(), "-75.0 %");   // a quarter of the rate
+    EXPECT_EQ(tables[0].rows[1].cells.back(), "-75.0 %");  // a quarter of the rate
     EXPECT_NE(to_markdown(report).find("| zstd-delta | live |"), std::string::npos);
     const std::string csv = to_csv(report);
     EXPECT_NE(csv.find("geometry,one#1,mien-live,"), std::string::npos);
@@ -115,7 +116,13 @@ TEST(Figure, HasTheAskedDigits) {
 }
 
 TEST(SvgPlot, LeavesOutWhatCannotBeShown) {
-    Plot plot{"t", "x", "y", true, false, false, {{"a", 0, 0, false, {{1, 2, ""}, {0, 3, ""}, {10, std::numeric_limits<double>::infinity(), ""}}}}};
+    Plot plot{"t",
+              "x",
+              "y",
+              true,
+              false,
+              false,
+              {{"a", 0, 0, false, {{1, 2, ""}, {0, 3, ""}, {10, std::numeric_limits<double>::infinity(), ""}}}}};
     const std::string svg = svg_plot(plot);
     EXPECT_NE(svg.find("<circle"), std::string::npos);
     EXPECT_EQ(svg.find("inf"), std::string::npos);
@@ -138,7 +145,7 @@ TEST(PictureScore, AddsUpErrorsAndKeepsTheWorst) {
     score.add(black, black, counted);
     EXPECT_TRUE(std::isinf(score.psnr_y()));
     score.add(black, grey, counted);
-    EXPECT_NEAR(score.psnr_y(), 10 * std::log10(255.0 * 255 / 50), 1e-3);   // half of 100
+    EXPECT_NEAR(score.psnr_y(), 10 * std::log10(255.0 * 255 / 50), 1e-3);  // half of 100
     EXPECT_NEAR(score.worst_psnr_y(), 10 * std::log10(255.0 * 255 / 100), 1e-3);
     score.add(black, grey, std::vector<std::uint8_t>(64, 0));
     EXPECT_EQ(score.pictures(), 2);
