@@ -1,114 +1,236 @@
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
+#include <algorithm>
+#include <cmath>
+#include <ctime>
 
+#include "bench/geometry_codec.hpp"
 #include "bench/inputs.hpp"
-#include "bench/motion_bench.hpp"
-#include "core/environment_error.hpp"
+#include "bench/report_tables.hpp"
+#include "bench/short_clip.hpp"
+#include "bench/suite.hpp"
+#include "bench/timing.hpp"
+#include "encoder/texture_encoder.hpp"
 #include "io/clip_folder.hpp"
+#include "tools/console.hpp"
 
 namespace {
 
 using namespace mien;
 
 struct Arguments {
-    std::string clip, ict, take, write, motion = "auto", presets = "file,live,guenter98";
-    double rms = 0.1;
-    std::int64_t group = -1, first = 600, count = 600, vertices = 11248;
-    bool json = false, draco = true;
+    std::vector<std::string> clips;
+    std::string json, csv, html, markdown;
+    bench::SuiteOptions suite;
+    std::int64_t frames = 0;
+    bool smoke = false, quiet = false, list = false, no_geometry = false, no_timing = false, no_texture = false, no_views = false;
+    std::string ict, take, write;
+    std::int64_t first = 600, count = 600, vertices = 11248;
 };
 
-Result<Clip> load(const Arguments& arguments) {
-    if (!arguments.ict.empty())
-        return bench::ict_clip(arguments.ict, arguments.take, arguments.first, arguments.count, arguments.vertices);
-    MIEN_TRY(loaded, io::load_clip(arguments.clip));
-    return std::move(loaded.clip);
+int complain(const std::string& text) {
+    tools::end_progress();
+    fmt::print(stderr, "mien-bench: error: {}\n", text);
+    return tools::kFailed;
 }
 
-int run(const Arguments& arguments) {
-    auto loaded = load(arguments);
-    if (!loaded) {
-        fmt::print(stderr, "mien-bench: {}\n", loaded.error().message);
-        return 1;
-    }
-    const Clip& clip = *loaded;
-    if (!arguments.write.empty()) {
-        const auto written = io::write_clip(arguments.write, clip);
-        if (!written) fmt::print(stderr, "mien-bench: {}\n", written.error().message);
-        return written ? 0 : 1;
-    }
-    encoder::MotionOptions options;
-    options.kind = arguments.motion == "vertices" || (arguments.motion == "auto" && clip.vertices) ? protocol::MotionKind::vertices
-                   : arguments.motion == "markers" || (arguments.motion == "auto" && clip.markers)
-                       ? protocol::MotionKind::markers
-                       : protocol::MotionKind::weights;
-    options.rms = arguments.rms;
-    options.group_frames = arguments.group >= 0 ? arguments.group : std::int64_t(std::lround(clip.frame_rate.value()));
+int list_codecs() {
+    const bench::GeometryCodecs codecs = bench::geometry_codecs();
+    for (const auto& codec : codecs.codecs) fmt::print("{:<20} {:<22} {}\n", codec->name, codec->library, codec->what);
+    for (const auto& [name, why] : codecs.absent) fmt::print("{:<20} {:<22} {}\n", name, "absent", why);
+    for (const std::string& name : encoder::texture_codecs()) fmt::print("{:<20} {:<22} texture\n", name, "FFmpeg");
+    return tools::kDone;
+}
 
-    nlohmann::json report = nlohmann::json::array();
-    if (!arguments.json)
-        fmt::print("{:<12} {:>4} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8} {:>9} {:>12}\n", "codec", "k", "kbit/s", "basis",
-                   "probab.", "coeff.", "pose", "entropy", "rms", "peak", "encode s", "decode us/f");
-    for (const auto& [name, preset] : {std::pair{"file", encoder::MotionPreset::file}, std::pair{"live", encoder::MotionPreset::live},
-                                       std::pair{"guenter98", encoder::MotionPreset::guenter98}}) {
-        if (arguments.presets.find(name) == std::string::npos) continue;
-        options.preset = preset;
-        const auto row = bench::bench_motion(clip, options, name);
-        if (!row) {
-            fmt::print(stderr, "mien-bench: {}: {}\n", name, row.error().message);
-            return 1;
-        }
-        const double decode = row->decode_seconds / double(clip.frame_count());
-        if (!arguments.json)
-            fmt::print("{:<12} {:>4} {:>9.3f} {:>9.3f} {:>9.3f} {:>9.3f} {:>9.3f} {:>9.3f} {:>8.5f} {:>8.4f} {:>9.1f} {:>12.1f}\n",
-                       row->codec, row->components, row->kbps, row->basis, row->probabilities, row->coefficients, row->pose,
-                       row->entropy_kbps, row->rms, row->peak, row->encode_seconds, decode * 1e6);
-        report.push_back({{"codec", row->codec}, {"components", row->components}, {"kbps", row->kbps}, {"basis_kbps", row->basis},
-                          {"probabilities_kbps", row->probabilities}, {"coefficients_kbps", row->coefficients},
-                          {"pose_kbps", row->pose}, {"entropy_kbps", row->entropy_kbps}, {"rms", row->rms}, {"peak", row->peak},
-                          {"encode_seconds", row->encode_seconds}, {"decode_seconds_per_frame", decode}});
+int write_ict(const Arguments& arguments) {
+    const auto clip = bench::ict_clip(arguments.ict, arguments.take, arguments.first, arguments.count, arguments.vertices);
+    if (!clip.ok()) return complain(clip.error().message);
+    const auto written = io::write_clip(arguments.write, *clip);
+    return written.ok() ? tools::kDone : complain(written.error().message);
+}
+
+std::string command_line(int argc, char** argv) {
+    std::string line = "mien-bench";
+    for (int i = 1; i < argc; ++i) {
+        const std::string word = argv[i];
+        line += word.find_first_of(" *?'\"$&;|<>()") == std::string::npos ? " " + word : " '" + word + "'";
     }
-    if (arguments.draco && clip.vertices && clip.neutral) {
-        const auto draco = bench::bench_draco(clip, arguments.rms, 20);
-        const double kbps = draco.bytes_per_frame * 8 * clip.frame_rate.value() / 1000;
-        if (!arguments.json)
-            fmt::print("{:<12} {:>4} {:>9.1f} {:>76} {:>12.1f}   ({} bits per coordinate)\n", "draco", "", kbps, "",
-                       draco.seconds_per_frame * 1e6, draco.quantisation_bits);
-        report.push_back({{"codec", "draco"}, {"kbps", kbps}, {"decode_seconds_per_frame", draco.seconds_per_frame},
-                          {"quantisation_bits", draco.quantisation_bits}});
+    return line;
+}
+
+/// What went wrong in rows of these clips, for people. Returns how many.
+int tell_failures(const bench::Report& report) {
+    int failures = 0;
+    const auto tell = [&](const std::string& what, const std::string& why) {
+        if (why.empty()) return;
+        ++failures;
+        tools::end_progress();
+        fmt::print(stderr, "mien-bench: {}: {}\n", what, why);
+    };
+    for (const auto& row : report.geometry) tell(row.clip + ", " + row.codec, row.failed);
+    for (const auto& row : report.texture)
+        tell(fmt::format("{}, {} {} at {} kbit/s", row.clip, row.series, row.codec, row.asked_kbps), row.failed);
+    return failures;
+}
+
+void print_table(const bench::Table& table) {
+    if (table.empty()) return;
+    std::vector<std::size_t> widths;
+    for (const std::string& column : table.columns) widths.push_back(column.size());
+    for (const auto& row : table.rows)
+        for (std::size_t i = 0; i < row.cells.size(); ++i) widths[i] = std::max(widths[i], row.cells[i].size());
+    fmt::print("\n{}\n", table.title);
+    const auto line = [&](const std::vector<std::string>& cells) {
+        for (std::size_t i = 0; i < cells.size(); ++i)
+            i == 0 ? fmt::print("{:<{}}", cells[i], widths[i]) : fmt::print("  {:>{}}", cells[i], widths[i]);
+        fmt::print("\n");
+    };
+    line(table.columns);
+    for (const auto& row : table.rows) line(row.cells);
+}
+
+void write_pages(const Arguments& arguments, const bench::Report& report) {
+    if (!arguments.csv.empty()) bench::write_file(arguments.csv, bench::to_csv(report));
+    if (!arguments.html.empty()) bench::write_file(arguments.html, bench::to_html(report));
+    if (!arguments.markdown.empty()) bench::write_file(arguments.markdown, bench::to_markdown(report));
+    if (arguments.quiet) return;
+    print_table(bench::headline_table(report));
+    for (const auto& clip : report.clips)
+        for (const auto& tables : {bench::geometry_tables(report, clip), bench::timing_tables(report, clip),
+                                   bench::texture_tables(report, clip), bench::view_tables(report, clip)})
+            for (const auto& table : tables)
+                if (!table.details) print_table(table);
+    for (const auto& [name, why] : report.absent) fmt::print("absent: {} ({})\n", name, why);
+}
+
+int run(const Arguments& arguments, const std::string& command) {
+    const Progress progress = tools::progress_bar(arguments.quiet);
+    bench::Report report;
+    if (!arguments.json.empty()) {
+        auto old = bench::read_json(arguments.json);
+        if (old.ok()) report = std::move(*old);
+        else if (old.error().code != ErrorCode::missing && !arguments.suite.force) return complain(old.error().message);
     }
-    if (arguments.json) fmt::print("{}\n", report.dump(1));
-    return 0;
+    bench::drop_other_builds(report);
+    report.version = bench::own_library();
+    report.date = fmt::format("{:%Y-%m-%d %H:%M} UTC", fmt::gmtime(std::time(nullptr)));
+    if (std::find(report.commands.begin(), report.commands.end(), command) == report.commands.end())
+        report.commands.push_back(command);
+    if (progress) progress("measuring the machine", 0, 0);
+    report.machine = bench::measure_machine(arguments.smoke);
+    const auto save = [&] {
+        if (!arguments.json.empty()) bench::write_file(arguments.json, bench::to_json(report));
+    };
+    save();
+
+    const auto measure = [&](const Clip& clip) {
+        return bench::run_clip(arguments.frames > 0 ? bench::first_frames(clip, arguments.frames) : clip, arguments.suite, report,
+                               save, progress);
+    };
+    for (const std::string& path : arguments.clips) {
+        auto loaded = io::load_clip(path, {.frame_rate = {}, .unit = {}, .progress = progress});
+        if (!loaded.ok()) return complain(loaded.error().message);
+        if (const auto done = measure(loaded->clip); !done.ok()) return complain(done.error().message);
+    }
+    if (arguments.clips.empty())
+        if (const auto done = measure(bench::sheet_clip()); !done.ok()) return complain(done.error().message);
+    tools::end_progress();
+    save();
+    write_pages(arguments, report);
+    return tell_failures(report) ? tools::kFailed : tools::kDone;
+}
+
+int only_write_pages(const Arguments& arguments) {
+    const auto report = bench::read_json(arguments.json);
+    if (!report.ok()) return complain(report.error().message);
+    write_pages(arguments, *report);
+    return tools::kDone;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    CLI::App app("mien-bench: bitrate, error and speed of the motion codec beside its baselines");
-    Arguments arguments;
-    app.add_option("clip", arguments.clip, "a clip folder");
-    app.add_option("--ict", arguments.ict, "ICT-FaceKit folder: makes a vertex clip instead");
-    app.add_option("--take", arguments.take, "with --ict: Live Link Face CSV that drives it");
-    app.add_option("--first", arguments.first, "with --ict: first row of the take");
-    app.add_option("--count", arguments.count, "with --ict: rows of the take");
-    app.add_option("--vertices", arguments.vertices, "with --ict: vertices from the first");
-    app.add_option("--write", arguments.write, "write the clip as a clip folder, and stop");
-    app.add_option("--motion", arguments.motion, "vertices, markers or weights");
-    app.add_option("--rms", arguments.rms, "error to meet, mm or weight units");
-    app.add_option("--group", arguments.group, "frames of a group, 0: the whole clip (default 1 s)");
-    app.add_option("--presets", arguments.presets, "of file, live, guenter98");
-    app.add_flag("--json", arguments.json);
-    app.add_flag("!--no-draco", arguments.draco);
-    CLI11_PARSE(app, argc, argv);
-    if (arguments.clip.empty() == arguments.ict.empty()) {
-        fmt::print(stderr, "mien-bench: name a clip folder, or --ict with --take\n");
-        return 1;
+    CLI::App app("mien-bench: bitrate, quality and speed beside real codecs");
+    app.footer(
+        "Finished rows stay in the JSON file and are not run again; rows of our own codecs are when their sources have changed.\n"
+        "Exit code: 0 done, 1 something failed (said on standard error, and in the report), 2 wrong command line.");
+    Arguments a;
+    app.add_option(
+        "clips", a.clips,
+        "Clip folders, or anything else that `mien check` takes; none: only writes the pages of the report that is there");
+    app.add_option("--json", a.json, "Report as JSON; read first, so that a stopped run goes on");
+    app.add_option("--csv", a.csv, "Report as CSV");
+    app.add_option("--html", a.html, "Report as one HTML page");
+    app.add_option("--markdown", a.markdown, "Tables as Markdown");
+    app.add_flag("--force", a.suite.force, "Run rows again that are there already");
+    app.add_flag("--smoke", a.smoke, "Little of everything in a minute: 12 frames, of a clip of its own when none is named");
+    app.add_flag("--quiet,-q", a.quiet, "No progress, no tables");
+    app.add_flag("--list", a.list, "Show the codecs of this build, and stop");
+    app.add_option("--motion", a.suite.motion, "vertices, markers, weights or auto")->capture_default_str();
+    app.add_option("--codecs", a.suite.codecs, "Motion codecs whose names begin so, comma-separated")->delimiter(',');
+    app.add_option("--rms", a.suite.rms, "RMS errors to ask for, mm (weights: weight units), comma-separated")
+        ->delimiter(',')
+        ->check(CLI::PositiveNumber);
+    app.add_option("--texture-codecs", a.suite.texture_codecs, "Of mpeg4, h264, hevc, av1, comma-separated")->delimiter(',');
+    app.add_option("--texture-kbps", a.suite.texture_kbps, "Texture rates to ask for, comma-separated")
+        ->delimiter(',')
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    app.add_option("--frames", a.frames, "Only the first frames of every clip")->check(CLI::PositiveNumber);
+    app.add_option("--view-frames", a.suite.view_pictures, "Frames that are drawn, from three cameras each")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    app.add_option("--timing-rounds", a.suite.timing_rounds, "Passes over the clip for timing")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    app.add_flag("--no-motion", a.no_geometry, "Leave out motion");
+    app.add_flag("--no-timing", a.no_timing, "Leave out timing");
+    app.add_flag("--no-texture", a.no_texture, "Leave out texture and views");
+    app.add_flag("--no-views", a.no_views, "Leave out drawn views");
+    auto* write =
+        app.add_option("--write", a.write, "Write the clip of --ict as a clip folder, and stop")->group("Making the ICT clip");
+    auto* ict = app.add_option("--ict", a.ict, "ICT-FaceKit folder")->needs(write)->group("Making the ICT clip");
+    auto* take = app.add_option("--take", a.take, "Live Link Face CSV that drives it")->needs(ict)->group("Making the ICT clip");
+    write->needs(take);
+    app.add_option("--first", a.first, "First row of the take")->capture_default_str()->group("Making the ICT clip");
+    app.add_option("--count", a.count, "Rows of the take")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber)
+        ->group("Making the ICT clip");
+    app.add_option("--vertices", a.vertices, "Vertices from the first")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber)
+        ->group("Making the ICT clip");
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error) == 0 ? tools::kDone : tools::kMisused;
     }
     try {
-        return run(arguments);
-    } catch (const EnvironmentError& error) {
-        fmt::print(stderr, "mien-bench: {}\n", error.what());
-        return 1;
+        if (a.list) return list_codecs();
+        if (!a.write.empty()) return write_ict(a);
+        if (a.clips.empty() && !a.smoke) {
+            if (!a.json.empty()) return only_write_pages(a);
+            fmt::print(stderr, "mien-bench: name a clip folder, a report to show (--json), or --smoke; --help says more\n");
+            return tools::kMisused;
+        }
+        a.suite.geometry = !a.no_geometry;
+        a.suite.timing = !a.no_timing;
+        a.suite.texture = !a.no_texture;
+        a.suite.views = !a.no_views;
+        if (a.smoke) {
+            if (a.frames == 0) a.frames = 12;
+            if (a.suite.rms.empty()) a.suite.rms = {0.2, 0.1};
+            if (app.count("--texture-kbps") == 0) a.suite.texture_kbps = {60, 200};
+            a.suite.timing_rounds = 1;
+            a.suite.view_pictures = 2;
+        }
+        return run(a, command_line(argc, argv));
+    } catch (const std::bad_alloc&) {
+        return complain("not enough memory; --frames makes a clip shorter");
+    } catch (const std::exception& error) {  // EnvironmentError and what libraries throw
+        return complain(error.what());
     }
 }

@@ -1,8 +1,8 @@
 #include <fmt/core.h>
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "tools/byte_split.hpp"
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
 #include "tools/stored_stream.hpp"
@@ -11,70 +11,10 @@ namespace mien::tools {
 namespace {
 
 using nlohmann::ordered_json;
-using protocol::BlobKind;
 using protocol::TrackKind;
 
 const char* name_of(TrackKind kind) {
     return kind == TrackKind::motion ? "motion" : kind == TrackKind::texture ? "texture" : "sound";
-}
-
-/// The bytes of a file by what they are for (design: shape, connectivity, basis, probabilities, coefficients, pose,
-/// texture, sound, framing). They add up to the total; what a lost message left unclaimed counts as framing.
-struct ByteSplit {
-    std::uint64_t total = 0, shape = 0, connectivity = 0, basis = 0, probabilities = 0, coefficients = 0, pose = 0, texture = 0,
-                  sound = 0, framing = 0;
-};
-
-/// Shares of coefficients and pose in the motion objects, by ideal code lengths of a decode.
-Result<double> pose_share(const StoredStream& stream) {
-    MIEN_TRY(model, stream.model());
-    MIEN_TRY(decoder, stream.motion_decoder(model));
-    MIEN_CHECK(stream.visit_motion(decoder, [](const model::Motion&) -> Result<void> { return {}; }));
-    const auto split = decoder.split();
-    const double all = split.coefficients + split.pose;
-    return all > 0 ? split.pose / all : 0.0;
-}
-
-Result<ByteSplit> split_bytes(const StoredStream& stream) {
-    MIEN_TRY(account, stream.reader().account());
-    ByteSplit split;
-    split.total = account.total;
-    for (const auto& blob : account.blobs) {
-        switch (blob.info.kind) {
-            case BlobKind::manifest: break;  // hashes and names: framing
-            case BlobKind::shape:
-            case BlobKind::blend:
-            case BlobKind::blendshapes:
-            case BlobKind::eyes: split.shape += blob.stored; break;
-            case BlobKind::connectivity:
-            case BlobKind::texcoords: split.connectivity += blob.stored; break;
-            case BlobKind::texture: split.texture += blob.stored; break;
-            case BlobKind::motion_basis: {
-                const Bytes* bytes = stream.blob(blob.info.hash);
-                MIEN_TRY(parts, decoder::split_basis(*bytes));
-                const double share = double(parts.probabilities) / std::max<double>(1, double(parts.basis + parts.probabilities));
-                const auto probabilities = std::uint64_t(std::llround(share * double(blob.stored)));
-                split.probabilities += probabilities;
-                split.basis += blob.stored - probabilities;
-                break;
-            }
-        }
-    }
-    for (const protocol::Track& track : stream.header().tracks)
-        for (const protocol::Rung& rung : track.rungs) {
-            const auto slot = account.slots.find(rung.slot);
-            const std::uint64_t payload = slot == account.slots.end() ? 0 : slot->second.payload;
-            if (track.kind == TrackKind::texture) split.texture += payload;
-            if (track.kind == TrackKind::sound) split.sound += payload;
-            if (track.kind == TrackKind::motion) split.coefficients += payload;
-        }
-    if (stream.track(TrackKind::motion)) {
-        MIEN_TRY(share, pose_share(stream));
-        split.pose = std::uint64_t(std::llround(share * double(split.coefficients)));
-        split.coefficients -= split.pose;
-    }
-    split.framing = split.total - (split.shape + split.connectivity + split.basis + split.probabilities + split.coefficients + split.pose + split.texture + split.sound);
-    return split;
 }
 
 ordered_json to_json(const ByteSplit& s) {

@@ -1,5 +1,6 @@
 #include "tools/stored_stream.hpp"
 
+#include <algorithm>
 #include <limits>
 
 #include "decoder/av_sound.hpp"
@@ -160,12 +161,28 @@ Result<Sound> decode_sound(const StoredStream& stream, const protocol::Track& tr
 
 Result<StoredStream> StoredStream::open(const std::filesystem::path& path) {
     MIEN_TRY(reader, net::open_stored_stream(path));
+    auto stream = load(std::move(reader));
+    if (!stream.ok()) return Error{stream.error().code, "'" + path.string() + "': " + stream.error().message};
+    return stream;
+}
+
+Result<StoredStream> StoredStream::from_bytes(std::shared_ptr<const Bytes> bytes) {
+    const auto read_at = [bytes](std::uint64_t offset, std::span<std::byte> into) -> Result<std::size_t> {
+        if (offset >= bytes->size()) return std::size_t(0);
+        const std::size_t size = std::min(into.size(), bytes->size() - std::size_t(offset));
+        std::copy_n(bytes->begin() + std::ptrdiff_t(offset), size, into.begin());
+        return size;
+    };
+    MIEN_TRY(reader, protocol::StreamFileReader::open(read_at, bytes->size()));
+    return load(std::move(reader));
+}
+
+Result<StoredStream> StoredStream::load(protocol::StreamFileReader reader) {
     StoredStream stream;
     stream.reader_ = std::make_shared<protocol::StreamFileReader>(std::move(reader));
     for (const protocol::BlobInfo& info : stream.reader_->catalogue().blobs) {
-        auto bytes = stream.reader_->blob(info.hash);
-        if (!bytes.ok()) return Error{bytes.error().code, "'" + path.string() + "': " + bytes.error().message};
-        stream.blobs_.emplace(info.hash, std::move(*bytes));
+        MIEN_TRY(bytes, stream.reader_->blob(info.hash));
+        stream.blobs_.emplace(info.hash, std::move(bytes));
     }
     return stream;
 }

@@ -18,6 +18,8 @@ class StoredStream {
 public:
     /// Errors name the file. `missing` when it is not there.
     static Result<StoredStream> open(const std::filesystem::path& path);
+    /// The same for a stream file in memory.
+    static Result<StoredStream> from_bytes(std::shared_ptr<const Bytes> bytes);
 
     const protocol::StreamFileReader& reader() const { return *reader_; }
     const protocol::StreamHeader& header() const { return reader_->header(); }
@@ -35,6 +37,8 @@ public:
     Result<void> visit_motion(decoder::MotionDecoder& decoder, const std::function<Result<void>(const model::Motion&)>& visit) const;
 
 private:
+    static Result<StoredStream> load(protocol::StreamFileReader reader);
+
     std::shared_ptr<protocol::StreamFileReader> reader_;
     std::map<Hash, Bytes> blobs_;
 };

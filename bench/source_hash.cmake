@@ -1,0 +1,10 @@
+# Writes OUTPUT, a header that names the sources listed in LIST by one hash: reports tell by it which code they measured.
+file(STRINGS ${LIST} sources)
+set(all "")
+foreach(source ${sources})
+    file(SHA256 ${source} hash)
+    string(APPEND all ${hash})
+endforeach()
+string(SHA256 hash "${all}")
+string(SUBSTRING ${hash} 0 8 hash)
+file(WRITE ${OUTPUT} "#pragma once\n#define MIEN_SOURCE_HASH \"${hash}\"\n")
