@@ -30,7 +30,7 @@ class SkinGrid {
 public:
     SkinGrid(const HeadSurface& surface, HeadMeshBuilder& builder) : surface_(surface), builder_(builder) {
         columns_ = {0};
-        for (const auto& [until, step] : {std::pair{22.0, 2.45}, {84.0, 3.9}, {pi * kArc, 7.4}}) {
+        for (const auto& [until, step] : {std::pair{22.0, 2.2}, {84.0, 3.9}, {pi * kArc, 7.4}}) {
             const double from = columns_.back();
             const int n = static_cast<int>(std::ceil((until - from) / step - 1e-9));
             for (int i = 1; i <= n; ++i) columns_.push_back(from + (until - from) * i / n);
@@ -40,7 +40,7 @@ public:
         for (const auto& [until, step] : {std::pair{-150.0, 7.2},
                                           {-112.0, 4.6},
                                           {-50.0, 3.5},
-                                          {-32.0, 1.9},
+                                          {-32.0, 1.65},
                                           {36.0, 3.5},
                                           {60.0, 4.8},
                                           {146.0, 7.2},
@@ -253,7 +253,7 @@ void add_nostril(SkinGrid& grid, HeadMeshBuilder& builder, const Rect& rect, int
         for (const Corner& c : border) {
             const Vec3d flat = builder.position(c.first) - centre;
             const double a = std::atan2(flat.dot(deep) / 3.4, flat.dot(across) / 3.4);
-            const Vec3d oval = 3.5 * std::cos(a) * across + 2.9 * std::sin(a) * deep;
+            const Vec3d oval = 3.9 * std::cos(a) * across + 3.1 * std::sin(a) * deep;
             const Vec3d p =
                 centre + kScale[r] * (0.85 * (1 - kRound[r]) * flat + kRound[r] * oval) + kDepth[r] * up;
             ring.push_back(builder.corner(p, middle + kChart[r] * (builder.uv(c.second) - middle)));
@@ -347,18 +347,17 @@ void add_mouth(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& buil
                 double(r - HeadMesh::kLipBorder) / (HeadMesh::kLipContact - HeadMesh::kLipBorder);
             const double height = q.border.y() - line;
             Vec3d p;
-            const double swell = (q.sign > 0 ? 3.0 : 4.4) * lips * q.full;
+            const double swell = (q.sign > 0 ? 2.0 : 3.6) * lips * q.full, recess = mix(0.5, 2.4, q.full);
             if (f <= 1) {
-                // Quarter of a rounded rectangle: first forward and on, last straight in.
+                // First forward and on, last straight in, behind the fullest part of the lip.
                 const double y = line + height * (1 - std::pow(f, 1.25)) + q.sign * 0.06 * f;
-                const double z = mix(edge.z(), line_z, f) +
-                                 swell * (0.72 * std::sin(pi * std::pow(f, 0.85)) + 0.25 * f) -
-                                 mix(0.4, 1.3, q.full) * std::pow(f, 4);
+                const double z = mix(edge.z(), line_z, f) + swell * std::sin(pi * std::pow(f, 0.8)) -
+                                 recess * std::pow(f, 3);
                 p = {mix(q.border.x(), q.x, f), y, z};
             } else {
                 const double in = 5 * (f - 1);  // 1, 2
                 p = {q.x * (1 - 0.02 * in), line + q.sign * (0.06 + (0.5 * in * in) * std::max(q.full, 0.15)),
-                     line_z + 0.25 * swell - mix(0.4, 1.3, q.full) - 2.2 * in};
+                     line_z - recess - 2.2 * in};
             }
             // The chart opens the line into a slit.
             const double open = std::abs(height) * (0.28 * std::min(f, 1.0) - 0.2 * std::max(f - 1, 0.0));
@@ -378,7 +377,7 @@ void add_mouth(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& buil
     const double radius = 0.048;
     constexpr struct {
         double width, up, down, z, chart;
-    } kBag[] = {{30, 9, 9, 94.5, 0.88}, {33, 18, 17, 90.5, 0.76}, {36, 24, 24, 80, 0.62},
+    } kBag[] = {{30, 9, 9, 96, 0.88}, {33, 18, 17, 92, 0.76}, {36, 24, 24, 81, 0.62},
                 {36, 23, 26, 62, 0.46}, {28, 18, 20, 45, 0.3},    {14, 9, 10, 36, 0.15}};
     const auto angle = [&](int k) { return 2 * pi * k / n; };
     for (Corner& c : outer) {
@@ -415,8 +414,8 @@ void add_skin(const HeadSurface& surface, HeadMeshBuilder& builder, HeadMesh& he
     const double e = HeadProportions{}.eye_x;
     const Rect eye{grid.column_at(e - 21), grid.column_at(e + 22), grid.row_at(-19),
                    even(grid.row_at(-19), grid.row_at(17))};
-    const Rect nostril{grid.column_at(3.2), grid.column_at(10.5), grid.row_at(-45.8),
-                       even(grid.row_at(-45.8), grid.row_at(-41.5))};
+    const Rect nostril{grid.column_at(3.2), grid.column_at(10.9), grid.row_at(-46.2),
+                       even(grid.row_at(-46.2), grid.row_at(-41.2))};
     const Rect ear{grid.column_at(100), grid.column_at(148), grid.row_at(-98),
                    even(grid.row_at(-98), grid.row_at(20))};
     builder.part("skin");
