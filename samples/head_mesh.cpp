@@ -56,6 +56,7 @@ Mesh HeadMeshBuilder::build() const {
                 ++part.count;
             }
             if (surfaces.size() > 1 && surface == Surface::mouth) part.name += "_gums";
+            if (surface == Surface::hair) part.name = "hair";
             mesh.parts.push_back(part);
         }
     }
