@@ -10,8 +10,7 @@ struct Section {
     double t, front_y, front_z, half_width, side_y, side_z, back_y, back_z, square;
 };
 
-// Heights and depths follow adult means of Farkas (1994): vertex to menton 225, head length 190, head breadth
-// 152, zygion to zygion 135, gonion to gonion 105, nasion to menton 118.
+// An adult between the sexes' means: head length about 190, breadth 150, cheek bones 135, vertex to chin 225.
 constexpr Section kSections[] = {
     {-190, -166, 43, 90, -163, -24, -146, -88, 0.00},  // where the shoulders begin
     {-176, -155, 43, 71, -149, -21, -127, -79, 0.00},
@@ -134,14 +133,14 @@ Vec2d HeadSurface::lid_margin(bool upper, double q) const {
     // middle.
     const double x = mix(p_.eye_x - 14.5, p_.eye_x + 13.2, q);
     const double line = mix(-1.6, 0.9, q);
-    const double rise = upper ? 5.8 * std::pow(std::sin(pi * std::pow(q, 0.86)), 0.72)
+    const double rise = upper ? 6.1 * std::pow(std::sin(pi * std::pow(q, 0.86)), 0.72)
                               : -4.7 * std::pow(std::sin(pi * std::pow(q, 1.22)), 0.78);
     return {x, p_.eye_y + line + rise * p_.eye_opening};
 }
 
 double HeadSurface::lip_line(double x) const {
     const double w = mouth_half_width();
-    return -70.3 - 0.9 * bell(x, 0, 4.5) + 0.5 * bell(x, 10, 5) + 1.5 * std::pow(x / w, 3);
+    return -70.3 - 0.9 * bell(x, 0, 4.5) + 0.5 * bell(x, 10, 5) + 1.9 * std::pow(x / w, 3);
 }
 
 double HeadSurface::upper_border(double x) const {
@@ -230,10 +229,13 @@ Vec3d HeadSurface::sculpt(const Vec3d& p) const {
         const double lid = e.z() + std::sqrt(std::max(ball * ball - d2, 0.0) + 1.0);
         out.z() =
             mix(out.z(), smooth_max(out.z(), lid, mix(4.0, 2.0, smooth_step(-3, 3, y - e.y()))), near_lid);
-        // The crease of the upper lid, and a faint one under the lower lid.
-        const double q = std::clamp((x - (e.x() - 14.5)) / 27.7, 0.0, 1.0), long_q = std::sin(pi * std::clamp(q, 0.06, 0.94));
-        out.z() -= 1.1 * bell(y, lid_margin(true, q).y() + 2.2 + 2.0 * long_q, 0.9) * smooth_step(0.0, 0.25, q) * smooth_step(1.25, 0.8, q + (x - e.x() > 13.2 ? (x - e.x() - 13.2) / 27.7 : 0.0));
-        out.z() -= 0.5 * bell(y, lid_margin(false, q).y() - 5.0 * long_q, 1.2) * smooth_step(0.05, 0.3, q) * smooth_step(1.0, 0.7, q);
+        // The crease of the upper lid, and a faint one under the lower lid, along the fissure: q as in lid_margin.
+        const double q = (x - (e.x() - 14.5)) / 27.7, inside = std::clamp(q, 0.0, 1.0);
+        const double arch = std::sin(pi * std::clamp(inside, 0.06, 0.94));
+        out.z() -= 1.1 * bell(y, lid_margin(true, inside).y() + 2.2 + 2.0 * arch, 0.9) * smooth_step(0.0, 0.25, q) *
+                   smooth_step(1.25, 0.8, q);
+        out.z() -= 0.5 * bell(y, lid_margin(false, inside).y() - 5.0 * arch, 1.2) * smooth_step(0.05, 0.3, q) *
+                   smooth_step(1.0, 0.7, q);
     }
     return out;
 }

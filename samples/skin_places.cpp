@@ -166,7 +166,7 @@ float into_scalp(const Vec3& q, const Vec3& ear, float glabella, float chin) {
     // No hair on the ears.
     const Vec3 e = q - ear;
     const float inward = std::max(0.0f, std::abs(ear.x()) - std::abs(q.x()));
-    const float off_ear = std::hypot(e.y() / 40, (e.z() + 0.15f * e.y()) / 24, inward / 14);
+    const float off_ear = std::hypot(e.y() / 42, (e.z() + 0.15f * e.y()) / 26, inward / 14);
     inside = std::min(inside, 24 * (off_ear - 1));
     return inside;
 }
