@@ -398,7 +398,7 @@ void add_mouth(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& buil
             } else {
                 const double in = 5 * (f - 1);  // 1, 2
                 p = {q.x * (1 - 0.02 * in), line + q.sign * (0.06 + (0.5 * in * in) * std::max(q.full, 0.15)),
-                     line_z - recess - 2.2 * in};
+                     line_z - recess - 1.3 * in};
             }
             // The chart opens the line into a slit.
             const double open = std::abs(height) * (0.28 * std::min(f, 1.0) - 0.2 * std::max(f - 1, 0.0));
@@ -418,7 +418,7 @@ void add_mouth(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& buil
     const double radius = 0.048;
     constexpr struct {
         double width, up, down, z, chart;
-    } kBag[] = {{30, 9, 9, 96, 0.88}, {33, 18, 17, 92, 0.76}, {36, 24, 24, 81, 0.62},
+    } kBag[] = {{30, 9, 9, 96.5, 0.88}, {33, 18, 17, 92, 0.76}, {36, 24, 24, 81, 0.62},
                 {36, 23, 26, 62, 0.46}, {28, 18, 20, 45, 0.3},    {14, 9, 10, 36, 0.15}};
     const auto angle = [&](int k) { return 2 * pi * k / n; };
     for (Corner& c : outer) {
