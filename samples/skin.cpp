@@ -48,7 +48,7 @@ float shade_strength(Surface s) {
         case Surface::cornea:
             return 0.85f;
         case Surface::teeth:
-            return 0.7f;
+            return 0.85f;
         default:
             return 1;
     }
