@@ -1,3 +1,6 @@
+#include <array>
+#include <initializer_list>
+
 #include "samples/head_mesh.hpp"
 
 namespace mien::samples {
@@ -16,6 +19,32 @@ double outline(double psi) {
 constexpr double kMiddleY = -15, kMiddleZ = -14;
 constexpr double kLean = 0.21;  // the ear's length leans back from the vertical, rad
 
+double off_line(double a, double b, std::initializer_list<Vec2d> line) {
+    double best = 1e9;
+    for (const Vec2d* p = line.begin(); p + 1 != line.end(); ++p) {
+        const Vec2d q(a - p->x(), b - p->y()), along = p[1] - *p;
+        best = std::min(best, (q - std::clamp(q.dot(along) / along.squaredNorm(), 0.0, 1.0) * along).norm());
+    }
+    return best;
+}
+
+/// The inner side of the shell over its rim, mm, at a mm to the front and b mm up; s: share of the outline.
+/// `cartilage` is 0 in the lobe, which has neither rim nor groove.
+double relief(double a, double b, double s, double cartilage) {
+    double h = -2.0 * smooth_step(1.0, 0.7, s);
+    h -= 2.8 * bell(s, 0.83, 0.06) * cartilage * smooth_step(9, 2, a) * smooth_step(-20, -8, b + 0.4 * a);  // scapha
+    h -= 1.6 * bell(s, 0.83, 0.07) * cartilage * smooth_step(8, 14, b) * smooth_step(-2, 8, a);
+    h += 3.0 * bell(off_line(a, b, {{-3, -15}, {-9, -7}, {-10, 3}, {-7, 11}, {-5, 19}}), 0, 2.3) * cartilage;  // antihelix
+    h += 2.0 * bell(off_line(a, b, {{-7, 10}, {4, 12}}), 0, 2.0);
+    h -= 1.8 * bell(a, b, 1, 17, 3.2, 2.8);                                                     // triangular fossa
+    const double bowl = square((a - 1.5) / 8.0) + square((b + 3.5) / 10.0);
+    h -= 9.5 * std::exp(-bowl * bowl);                                                          // concha
+    h += 5.0 * bell(off_line(a, b, {{12, 6}, {1, 1.5}}), 0, 1.8);                               // crus of the helix
+    h += 6.5 * bell(a, b, 9.5, -5, 2.4, 4.0) + 3.0 * bell(a, b, 0, -14.5, 3.4, 2.4);            // tragus, antitragus
+    h -= 3.0 * bell(a, b, 6, -12, 2.0, 2.2);
+    return h;
+}
+
 }  // namespace
 
 double ear_angle(const Vec3d& p) {
@@ -30,26 +59,20 @@ Vec3d ear_point(const HeadSurface& surface, int ring, double psi) {
     const double behind = smooth_step(0.55, -0.75, c);
     const double lobe = smooth_step(-0.55, -0.95, s);
     const double rim = mix(2.5, 15.5, behind) + 3 * smooth_step(0.3, 1.0, s) * (1 - behind) - 4.0 * lobe;
-    struct Ring {
-        double scale, height, below;  // of the outline; share of the rim's height; mm below it
-    };
-    // Back of the shell, helix, scapha, antihelix, concha.
-    static constexpr Ring kRings[kEarRings] = {
-        {1.16, 0, 0},     {0.90, 0, -0.3}, {0.80, 0.45, 0}, {0.93, 0.85, 0}, {1.0, 1, 0.2},
-        {0.985, 1, -1.0}, {0.93, 1, -1.5}, {0.86, 1, -0.4}, {0.78, 1, 2.2},  {0.66, 1, 1.6},
-        {0.53, 1, 1.8},   {0.42, 1, 7.0},  {0.24, 1, 11.0}};
-    const Ring& r = kRings[ring];
-    double scale = r.scale, height = rim * r.height - r.below;
-    // In front nothing is undercut: the shell grows out of the cheek, with the tragus before the concha.
+    static constexpr double kScale[kEarRings] = {1.16, 0.90, 0.80, 0.93, 1.0,  0.955, 0.905, 0.855,
+                                                 0.80, 0.73, 0.65, 0.56, 0.46, 0.36,  0.25,  0.13};
+    static constexpr double kBack[] = {0, -0.3, 0.45, 0.85};  // share of the rim's height, behind the shell
+    double scale = kScale[ring], height;
     const double front = std::max(1 - behind, lobe);
-    if (ring <= 3) scale = mix(scale, std::array{1.16, 1.07, 1.03, 1.005}[ring], front);
-    if (ring >= 5 && ring <= 9)
-        scale = mix(scale, std::array{0.97, 0.93, 0.88, 0.82, 0.74}[ring - 5], 0.8 * front);
-    if (ring >= 6 && ring <= 10)
-        height += 2.2 * bell(psi, -0.05, 0.35) * std::array{0.3, 0.8, 1.2, 1.3, 0.9}[ring - 6];
-    // The lobe has neither rim nor groove.
-    if (ring >= 5) height = mix(height, rim - (ring > 9 ? r.below * 0.7 : 0.5), 0.85 * lobe);
-    height = std::max(height, ring > 10 ? -5.0 : -0.3);
+    if (ring <= 3) {
+        // In front nothing is undercut: the shell grows out of the cheek.
+        scale = mix(scale, std::array{1.16, 1.07, 1.03, 1.005}[ring], front);
+        height = ring == 1 ? 0.3 : rim * kBack[ring];
+    } else {
+        const double radius = outline(psi) * scale;
+        height = rim + relief(radius * c, radius * s, scale, 1 - lobe);
+    }
+    height = std::max(height, ring > 8 ? -5.0 : -0.3);
 
     const double radius = outline(psi) * scale;
     const double a = radius * c, b = radius * s;

@@ -11,7 +11,7 @@ void add_lashes(const HeadSurface& surface, HeadMeshBuilder& builder, HeadMesh& 
         const int n = static_cast<int>(margin.size()), half = n / 2;
         for (const bool upper : {true, false}) {
             // A bent card: first forward and towards the opening, then curling away from it.
-            const double down = upper ? -0.35 : 0.25, curl = upper ? 0.45 : -0.35, length = upper ? 3.0 : 1.9;
+            const double down = upper ? -0.35 : 0.25, curl = upper ? 0.45 : -0.35, length = upper ? 2.3 : 1.2;
             const Vec2d chart(side ? 0.71 : 0.12, upper ? 0.028 : 0.010), size(0.17, upper ? 0.022 : 0.010);
             std::vector<std::vector<Corner>> rows(3);
             for (int k = 2; k < 0.84 * half; ++k) {

@@ -56,6 +56,7 @@ Mesh HeadMeshBuilder::build() const {
                 ++part.count;
             }
             if (surfaces.size() > 1 && surface == Surface::mouth) part.name += "_gums";
+            if (surface == Surface::hair) part.name = "hair";
             mesh.parts.push_back(part);
         }
     }
@@ -98,7 +99,7 @@ HeadMesh make_head_mesh(const HeadSurface& surface) {
         };
         for (int i = 0; i <= 12; ++i) {
             const double q = i / 12.0;
-            const double x = mix(11.5, 52, q), y = 18.5 + 4.5 * std::sin(pi * std::pow(q, 1.6)) - 3.5 * q * q;
+            const double x = mix(12.5, 52, q), y = 19.8 + 4.8 * std::sin(pi * std::pow(q, 1.5)) - 3.0 * q * q;
             marks.brow[side].push_back(mirrored(surface.front(x, y)));
         }
         const auto& margin = head.lids[side].rings[HeadMesh::kLidMargin];

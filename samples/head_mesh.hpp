@@ -84,6 +84,9 @@ void add_lashes(const HeadSurface& surface, HeadMeshBuilder& builder, HeadMesh& 
 Vec3d ear_point(const HeadSurface& surface, int ring, double psi);
 /// The loop angle at which a place of the left side of the head is seen from the middle of the ear.
 double ear_angle(const Vec3d& p);
-inline constexpr int kEarRings = 13;
+inline constexpr int kEarRings = 16;
+/// How far hair lifts the scalp at a place of the skin, mm; 0 outside the hairline. x of either sign: it is combed from a
+/// parting on the actor's left.
+double hair_lift(const Vec3d& p);
 
 }  // namespace mien::samples

@@ -31,7 +31,7 @@ struct Row {
 };
 
 void add_arch(HeadMeshBuilder& builder, VertexRange& range, bool upper) {
-    const double rx = upper ? 27.5 : 25.5, rz = upper ? 40 : 38.5, centre = 51.5,
+    const double rx = upper ? 27.5 : 25.5, rz = upper ? 40 : 38.5, centre = 54.5,
                  edge = upper ? -72.4 : -71.6, sign = upper ? 1 : -1;
     const auto& crowns = upper ? kUpperCrowns : kLowerCrowns;
     // Arc length along half the arch, from the midline.
@@ -180,7 +180,7 @@ void add_teeth(const HeadSurface&, HeadMeshBuilder& builder, HeadMesh& head) {
         const double x = 17.5 * std::pow(s, 0.8) * std::cos(a), up = std::sin(a);
         return Vec3d(
             x, -79.5 + 6.0 * s * up - 3 * square(1 - f) * 0.5 + (up > 1e-9 ? -1.4 * bell(x, 0, 3) * s : 0.0),
-            62 + 23 * f);
+            65 + 23 * f);
     };
     for (int r = 1; r < kRings; ++r) {
         const double polar = pi * r / kRings;

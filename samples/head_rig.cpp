@@ -106,7 +106,7 @@ void HeadRig::find_lids() {
             lid_columns_[side][k] = {
                 angle(rings[HeadMesh::kLidMargin][k]), angle(rings[HeadMesh::kLidMargin][(n - k) % n]),
                 radius(rings[HeadMesh::kLidMargin][k]), radius(rings[HeadMesh::kLidMargin][(n - k) % n]),
-                float(std::pow(std::sin(pi * k / half), 0.7))};
+                float(std::pow(std::max(std::sin(pi * k / half), 0.0), 0.7))};
         for (std::size_t r = 1; r < rings.size(); ++r)
             for (int k = 0; k < n; ++k) {
                 const bool upper = k <= half;

@@ -1,3 +1,5 @@
+#include <map>
+
 #include "samples/head_mesh.hpp"
 
 namespace mien::samples {
@@ -30,7 +32,7 @@ class SkinGrid {
 public:
     SkinGrid(const HeadSurface& surface, HeadMeshBuilder& builder) : surface_(surface), builder_(builder) {
         columns_ = {0};
-        for (const auto& [until, step] : {std::pair{22.0, 2.45}, {84.0, 3.9}, {pi * kArc, 7.4}}) {
+        for (const auto& [until, step] : {std::pair{22.0, 2.2}, {84.0, 3.9}, {pi * kArc, 7.4}}) {
             const double from = columns_.back();
             const int n = static_cast<int>(std::ceil((until - from) / step - 1e-9));
             for (int i = 1; i <= n; ++i) columns_.push_back(from + (until - from) * i / n);
@@ -40,7 +42,7 @@ public:
         for (const auto& [until, step] : {std::pair{-150.0, 7.2},
                                           {-112.0, 4.6},
                                           {-50.0, 3.5},
-                                          {-32.0, 1.9},
+                                          {-32.0, 1.65},
                                           {36.0, 3.5},
                                           {60.0, 4.8},
                                           {146.0, 7.2},
@@ -76,17 +78,17 @@ public:
                 Vec3d p = surface_.skin(std::abs(phi(i)), t(j));
                 if (i == half_ || i == 0 || i == C) p.x() = 0;
                 if (i < half_) p.x() = -p.x();
-                const std::uint32_t v = i == C ? at(0, j).first : builder_.vertex(p);
+                const std::uint32_t v = i == C ? at(0, j).first : builder_.vertex(with_hair(p));
                 corners_[std::size_t(j) * (C + 1) + i] = {v, builder_.texcoord(skin_chart(phi(i), t(j)))};
             }
         for (int j = 0; j + 1 < R; ++j)
             for (int i = 0; i < C; ++i)
                 if (std::none_of(holes.begin(), holes.end(), [&](const Rect& r) { return r.cell(i, j); }))
-                    builder_.quad(Surface::skin, at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
-        const std::uint32_t crown = builder_.vertex(surface_.loft(0, HeadSurface::kTop));
+                    quad(at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+        const std::uint32_t crown = builder_.vertex(with_hair(surface_.loft(0, HeadSurface::kTop)));
         for (int i = 0; i < C; ++i) {
             const double between = (phi(i) + phi(i + 1)) / 2;
-            builder_.triangle(Surface::skin, at(i, R - 1), at(i + 1, R - 1),
+            builder_.triangle(Surface::hair, at(i, R - 1), at(i + 1, R - 1),
                               {crown, builder_.texcoord(skin_chart(between, HeadSurface::kTop))});
         }
     }
@@ -106,16 +108,34 @@ public:
         return loop;
     }
 
+    /// A place of the skin with the hair that grows there: the scalp itself is lifted.
+    Vec3d with_hair(const Vec3d& p) {
+        const double lift = hair_lift(p);
+        if (lift == 0) return p;
+        bare_.emplace(builder_.vertex_count(), p);
+        // Out from an axis through the head; over the forehead up and back, as it is combed.
+        const double down = smooth_step(70, -20, p.y());
+        return p + lift * Vec3d(p.x(), (1 - down) * (p.y() - 5), 0.75 * (p.z() + 13)).normalized();
+    }
+    /// A quad of skin, or of hair where any of its corners is lifted.
+    void quad(Corner a, Corner b, Corner c, Corner d) {
+        const bool hair = bare_.contains(a.first) || bare_.contains(b.first) || bare_.contains(c.first) ||
+                          bare_.contains(d.first);
+        builder_.quad(hair ? Surface::hair : Surface::skin, a, b, c, d);
+    }
+
     /// Stitches loop `inner` into loop `outer`.
     void band(Surface surface, const std::vector<Corner>& outer, const std::vector<Corner>& inner,
               bool mirror) {
         const int n = static_cast<int>(outer.size());
         for (int k = 0; k < n; ++k) {
             const int l = (k + 1) % n;
-            if (mirror)
-                builder_.quad(surface, outer[l], outer[k], inner[k], inner[l]);
+            const Corner &a = outer[mirror ? l : k], &b = outer[mirror ? k : l], &c = inner[mirror ? k : l],
+                         &d = inner[mirror ? l : k];
+            if (surface == Surface::skin)
+                quad(a, b, c, d);
             else
-                builder_.quad(surface, outer[k], outer[l], inner[l], inner[k]);
+                builder_.quad(surface, a, b, c, d);
         }
     }
     void cap(Surface surface, const std::vector<Corner>& loop, Corner centre, bool mirror) {
@@ -128,6 +148,10 @@ public:
                 builder_.triangle(surface, loop[k], loop[l], centre);
         }
     }
+    Vec3d bare(const Corner& c) const {
+        const auto found = bare_.find(c.first);
+        return found == bare_.end() ? builder_.position(c.first) : found->second;
+    }
     const Corner& at(int i, int j) const { return corners_[std::size_t(j) * (columns() + 1) + i]; }
 
 private:
@@ -136,6 +160,7 @@ private:
     std::vector<double> columns_, rows_;  // s >= 0 of the left half; t
     int half_ = 0;
     std::vector<Corner> corners_;
+    std::map<std::uint32_t, Vec3d> bare_;  // where vertices that hair lifts were
 };
 
 Vec3d flip(const Vec3d& p, bool mirror) {
@@ -247,13 +272,13 @@ void add_nostril(SkinGrid& grid, HeadMeshBuilder& builder, const Rect& rect, int
                   builder.position(border[3 * border.size() / 4].first));
     deep = (deep - deep.dot(across) * across).normalized();
     constexpr double kRound[] = {0.6, 1, 1, 1}, kScale[] = {1.0, 0.9, 0.8, 0.6},
-                     kDepth[] = {0.0, 0.9, 4.5, 9.0}, kChart[] = {0.8, 0.64, 0.48, 0.3};
+                     kDepth[] = {0.0, 0.9, 3.8, 6.5}, kChart[] = {0.8, 0.64, 0.48, 0.3};
     for (int r = 0; r < 4; ++r) {
         std::vector<Corner> ring;
         for (const Corner& c : border) {
             const Vec3d flat = builder.position(c.first) - centre;
             const double a = std::atan2(flat.dot(deep) / 3.4, flat.dot(across) / 3.4);
-            const Vec3d oval = 3.5 * std::cos(a) * across + 2.9 * std::sin(a) * deep;
+            const Vec3d oval = 3.8 * std::cos(a) * across + 2.9 * std::sin(a) * deep;
             const Vec3d p =
                 centre + kScale[r] * (0.85 * (1 - kRound[r]) * flat + kRound[r] * oval) + kDepth[r] * up;
             ring.push_back(builder.corner(p, middle + kChart[r] * (builder.uv(c.second) - middle)));
@@ -262,7 +287,7 @@ void add_nostril(SkinGrid& grid, HeadMeshBuilder& builder, const Rect& rect, int
         remember(head.nostrils[side], ring);
         outer = ring;
     }
-    grid.cap(Surface::skin, outer, builder.corner(centre + 10.0 * up, middle), mirror);
+    grid.cap(Surface::skin, outer, builder.corner(centre + 7.0 * up, middle), mirror);
 }
 
 void add_ear(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& builder, const Rect& rect, int side,
@@ -276,18 +301,34 @@ void add_ear(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& builde
     Vec2d middle = Vec2d::Zero();
     for (const Corner& c : outer) middle += builder.uv(c.second) / n;
     const std::vector<Corner> border = outer;
+    // Where each of the grid's vertices around the ear is, before its hair.
+    std::vector<Vec3d> bare(n);
+    for (int k = 0; k < n; ++k) bare[k] = flip(grid.bare(border[k]), mirror);
+    const auto chart = [&](int k, double shrink) -> Vec2d {
+        return middle + shrink * (builder.uv(border[k].second) - middle);
+    };
+    const auto place = [&](int r, int k) {
+        // Ring by ring from the direction of the grid's vertex to an even spread.
+        const double even = pi - 2 * pi * k / n, turn = std::remainder(ear_angle(bare[k]) - even, 2 * pi);
+        return ear_point(surface, r, even + turn * std::max(1 - r / 5.0, 0.0));
+    };
+    constexpr int kAround = 3;  // rings of scalp and cheek between the grid and the ear
+    constexpr double kEarChart = 0.70;
+    for (int r = 1; r < kAround; ++r) {
+        std::vector<Corner> ring;
+        const double w = double(r) / kAround;
+        for (int k = 0; k < n; ++k) {
+            const Vec3d foot = place(0, k);
+            const Vec3d p = surface.side(mix(bare[k].y(), foot.y(), w), mix(bare[k].z(), foot.z(), w));
+            ring.push_back(builder.corner(grid.with_hair(flip(p, mirror)), chart(k, mix(1, kEarChart, w))));
+        }
+        grid.band(Surface::skin, outer, ring, mirror);
+        outer = ring;
+    }
     for (int r = 0; r < kEarRings; ++r) {
         std::vector<Corner> ring;
-        for (int k = 0; k < n; ++k) {
-            // Ring by ring from the direction of the grid's vertex to an even spread.
-            const double even = pi - 2 * pi * k / n,
-                         seen = ear_angle(flip(builder.position(border[k].first), mirror));
-            const double turn = std::remainder(seen - even, 2 * pi);
-            const Vec3d p = ear_point(surface, r, even + turn * std::max(1 - r / 5.0, 0.0));
-            const double shrink = 1 - 0.94 * (r + 1.0) / kEarRings;
-            ring.push_back(
-                builder.corner(flip(p, mirror), middle + shrink * (builder.uv(border[k].second) - middle)));
-        }
+        for (int k = 0; k < n; ++k)
+            ring.push_back(builder.corner(flip(place(r, k), mirror), chart(k, kEarChart * (1 - 0.94 * r / kEarRings))));
         grid.band(Surface::skin, outer, ring, mirror);
         remember(head.ears[side], ring);
         outer = ring;
@@ -347,18 +388,17 @@ void add_mouth(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& buil
                 double(r - HeadMesh::kLipBorder) / (HeadMesh::kLipContact - HeadMesh::kLipBorder);
             const double height = q.border.y() - line;
             Vec3d p;
-            const double swell = (q.sign > 0 ? 3.0 : 4.4) * lips * q.full;
+            const double swell = (q.sign > 0 ? 2.0 : 3.6) * lips * q.full, recess = mix(0.2, 2.4, q.full);
             if (f <= 1) {
-                // Quarter of a rounded rectangle: first forward and on, last straight in.
+                // First forward and on, last straight in, behind the fullest part of the lip.
                 const double y = line + height * (1 - std::pow(f, 1.25)) + q.sign * 0.06 * f;
-                const double z = mix(edge.z(), line_z, f) +
-                                 swell * (0.72 * std::sin(pi * std::pow(f, 0.85)) + 0.25 * f) -
-                                 mix(0.4, 1.3, q.full) * std::pow(f, 4);
+                const double z = mix(edge.z(), line_z, f) + swell * std::sin(pi * std::pow(f, 0.8)) -
+                                 recess * std::pow(f, 3);
                 p = {mix(q.border.x(), q.x, f), y, z};
             } else {
                 const double in = 5 * (f - 1);  // 1, 2
                 p = {q.x * (1 - 0.02 * in), line + q.sign * (0.06 + (0.5 * in * in) * std::max(q.full, 0.15)),
-                     line_z + 0.25 * swell - mix(0.4, 1.3, q.full) - 2.2 * in};
+                     line_z - recess - 1.3 * in};
             }
             // The chart opens the line into a slit.
             const double open = std::abs(height) * (0.28 * std::min(f, 1.0) - 0.2 * std::max(f - 1, 0.0));
@@ -378,7 +418,7 @@ void add_mouth(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& buil
     const double radius = 0.048;
     constexpr struct {
         double width, up, down, z, chart;
-    } kBag[] = {{30, 9, 9, 94.5, 0.88}, {33, 18, 17, 90.5, 0.76}, {36, 24, 24, 80, 0.62},
+    } kBag[] = {{30, 9, 9, 96.5, 0.88}, {33, 18, 17, 92, 0.76}, {36, 24, 24, 81, 0.62},
                 {36, 23, 26, 62, 0.46}, {28, 18, 20, 45, 0.3},    {14, 9, 10, 36, 0.15}};
     const auto angle = [&](int k) { return 2 * pi * k / n; };
     for (Corner& c : outer) {
@@ -415,8 +455,8 @@ void add_skin(const HeadSurface& surface, HeadMeshBuilder& builder, HeadMesh& he
     const double e = HeadProportions{}.eye_x;
     const Rect eye{grid.column_at(e - 21), grid.column_at(e + 22), grid.row_at(-19),
                    even(grid.row_at(-19), grid.row_at(17))};
-    const Rect nostril{grid.column_at(3.2), grid.column_at(10.5), grid.row_at(-45.8),
-                       even(grid.row_at(-45.8), grid.row_at(-41.5))};
+    const Rect nostril{grid.column_at(3.2), grid.column_at(10.9), grid.row_at(-47.2),
+                       even(grid.row_at(-47.2), grid.row_at(-42.4))};
     const Rect ear{grid.column_at(100), grid.column_at(148), grid.row_at(-98),
                    even(grid.row_at(-98), grid.row_at(20))};
     builder.part("skin");

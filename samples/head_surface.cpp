@@ -10,27 +10,27 @@ struct Section {
     double t, front_y, front_z, half_width, side_y, side_z, back_y, back_z, square;
 };
 
-// Heights and depths follow adult means of Farkas (1994): vertex to menton 225, head length 190, head breadth
-// 152, zygion to zygion 135, gonion to gonion 105, nasion to menton 118.
+// An adult between the sexes' means: head length about 190, breadth 150, cheek bones 135, vertex to chin 225.
 constexpr Section kSections[] = {
-    {-190, -162, 22, 63, -158, -26, -150, -86, 0.00},  // end of the neck
-    {-162, -141, 25, 57, -132, -27, -114, -76, 0.00},
-    {-146, -127, 31, 54, -108, -26, -87, -73, 0.00},  // throat
-    {-132, -120, 49, 53, -90, -20, -70, -73, 0.02},   // under the chin
-    {-121, -115.5, 71, 54, -78, -10, -58, -76, 0.05},
-    {-112, -110, 87, 56, -67, -4, -49, -80, 0.05},    // border of the jaw
-    {-101, -101, 94, 58.5, -55, -3, -38, -85, 0.03},  // pogonion
-    {-87, -87, 94.5, 61, -44, -3, -29, -89, 0.00},
-    {-70, -70, 97.5, 63.5, -34, -3, -20, -92, 0.00},  // mouth
-    {-50, -50, 98.5, 66, -23, -3, -10, -94, 0.00},
-    {-30, -30, 95.5, 68.5, -10, -2, 2, -95.5, 0.02},  // cheek bones
-    {-10, -10, 92, 70.5, 3, -3, 14, -97, 0.06},
-    {8, 8, 92, 72, 16, -6, 26, -97, 0.10},    // nasion
-    {25, 25, 96, 73, 30, -9, 38, -96, 0.10},  // brow
-    {45, 45, 95.5, 75, 46, -12, 52, -92.6, 0.08},
-    {65, 63.5, 88.5, 73, 63.5, -13, 66, -86.5, 0.05},
-    {85, 81.3, 76.5, 65.5, 80, -13, 80.5, -76.9, 0.02},
-    {105, 96, 58, 53, 94.5, -13, 93, -64.4, 0.00},
+    {-190, -182, 45, 90, -166, -24, -148, -88, 0.00},  // where the shoulders begin
+    {-176, -164, 43.5, 71, -150, -21, -128, -79, 0.00},
+    {-162, -147, 44, 59, -133, -18, -108, -72, 0.00},
+    {-146, -129, 47.5, 53, -108, -15, -86, -67, 0.03},  // throat
+    {-132, -121.5, 57, 52.5, -90, -12, -70, -67, 0.04},   // under the chin
+    {-121, -117.5, 77, 53.5, -79, -7, -58, -70, 0.08},
+    {-112, -111.5, 91, 55.5, -69, -4, -49, -74, 0.12},  // border of the jaw
+    {-101, -101, 96.5, 58.5, -57, -3, -38, -80, 0.16},  // pogonion
+    {-87, -87, 97.5, 61.5, -45, -3, -29, -86, 0.22},
+    {-70, -70, 100.5, 64.5, -34, -3, -20, -90, 0.27},  // mouth
+    {-50, -50, 101.0, 67, -23, -3, -10, -93, 0.31},
+    {-30, -30, 97, 69.5, -10, -2, 2, -95.5, 0.33},  // cheek bones
+    {-10, -10, 92.5, 71, 3, -3, 14, -97, 0.29},
+    {8, 8, 92, 72, 16, -6, 26, -97, 0.22},  // nasion
+    {25, 25, 96, 73, 30, -9, 38, -96, 0.17},  // brow
+    {45, 45, 97, 75, 46, -12, 52, -92.6, 0.12},
+    {65, 63.5, 91.5, 73, 63.5, -13, 66, -86.5, 0.08},
+    {85, 81.3, 79.5, 65.5, 80, -13, 80.5, -76.9, 0.04},
+    {105, 96, 60, 53, 94.5, -13, 93, -64.4, 0.00},
     {125, 106.2, 35, 37, 105, -13, 103.5, -48.3, 0.00},
     {143, 111, 12.5, 20, 110.7, -13, 110, -30.8, 0.00},
     {160, 112.4, -11, 0, 112.4, -11, 112.4, -11, 0.00},  // vertex
@@ -84,9 +84,9 @@ HeadSurface::HeadSurface(const HeadProportions& proportions)
       nose_dy_({-60, -52, -48, -45, -42, -39, -36, -32, -20, 0, 20},
                {0, 0, -0.4, -1.2, -2.0, -2.2, -1.4, -0.4, 0, 0, 0}),
       nose_dz_({-62, -55, -50, -47, -44, -41, -38, -35, -31, -26, -18, -8, 0, 7, 14, 22},
-               {2.2, 3.0, 4.2, 6.5, 11, 17, 21.0, 22.0, 21.0, 18.2, 13.2, 7.4, 3.6, 1.6, 0.4, 0}),
+               {1.6, 2.6, 4.2, 6.9, 11.2, 15.8, 18.6, 19.4, 18.4, 16.4, 12.8, 8.0, 4.6, 2.4, 0.9, 0}),
       nose_width_({-60, -50, -44, -38, -32, -24, -14, -4, 6, 16},
-                  {12, 11, 9.6, 9.6, 9.6, 8.6, 8.2, 7.6, 7.5, 8.5}) {}
+                  {12, 10.5, 9.8, 10.2, 10.0, 8.8, 7.8, 7.2, 7.2, 8.5}) {}
 
 Vec3d HeadSurface::loft(double phi, double t) const {
     const double c = std::cos(phi), s = std::sin(phi);
@@ -133,26 +133,26 @@ Vec2d HeadSurface::lid_margin(bool upper, double q) const {
     // middle.
     const double x = mix(p_.eye_x - 14.5, p_.eye_x + 13.2, q);
     const double line = mix(-1.6, 0.9, q);
-    const double rise = upper ? 5.7 * std::pow(std::sin(pi * std::pow(q, 0.86)), 0.72)
+    const double rise = upper ? 6.1 * std::pow(std::sin(pi * std::pow(q, 0.86)), 0.72)
                               : -4.7 * std::pow(std::sin(pi * std::pow(q, 1.22)), 0.78);
     return {x, p_.eye_y + line + rise * p_.eye_opening};
 }
 
 double HeadSurface::lip_line(double x) const {
     const double w = mouth_half_width();
-    return -70 - 0.9 * bell(x, 0, 4.5) + 0.5 * bell(x, 10, 5) + 0.3 * square(x / w);
+    return -70.3 - 0.9 * bell(x, 0, 4.5) + 0.5 * bell(x, 10, 5) + 1.9 * std::pow(x / w, 3);
 }
 
 double HeadSurface::upper_border(double x) const {
     const double w = mouth_half_width(), q = std::min(x / w, 1.0);
     const double rise =
-        7.9 * std::pow(1 - std::pow(q, 1.7), 0.95) - 1.3 * bell(x, 0, 2.6) + 0.5 * bell(x, 5.5, 2.5);
+        7.6 * std::pow(1 - std::pow(q, 1.95), 0.9) - 1.2 * bell(x, 0, 2.6) + 0.6 * bell(x, 5.8, 2.8);
     return lip_line(w) + rise * p_.lips + 0.4 * (1 - q);
 }
 
 double HeadSurface::lower_border(double x) const {
     const double w = mouth_half_width(), q = std::min(x / w, 1.0);
-    return lip_line(w) - 9.6 * p_.lips * std::pow(1 - q * q, 0.8);
+    return lip_line(w) - 10.0 * p_.lips * std::pow(1 - std::pow(q, 2.2), 0.8);
 }
 
 Vec3d HeadSurface::skewed(const Vec3d& p) const {
@@ -166,16 +166,23 @@ Vec3d HeadSurface::skewed(const Vec3d& p) const {
 Vec3d HeadSurface::sculpt(const Vec3d& p) const {
     const double x = p.x(), y = p.y();
     Vec3d out = p;
+    // The muscle from behind the ear to the breastbone, and the larynx.
+    if (y < -60) {
+        const double down = std::clamp((-60 - y) / 105, 0.0, 1.0);
+        const double strap = smooth_step(-70, -95, y) * bell(p.z(), mix(-22, 34, std::pow(down, 1.3)), mix(12, 9, down));
+        out += 2.6 * strap * Vec3d(x / (std::abs(x) + 12), 0, 0.35);
+        out.z() += 2.2 * bell(x, y, 0, -133, 9, 7) * smooth_step(0, 30, p.z());
+    }
     // Everything here belongs to the front; it fades towards the ears.
     const double facing = smooth_step(-5, 40, p.z());
     if (facing <= 0) return out;
-    double dz = 0;
+    double dx = 0, dz = 0;
     // Orbits: deep beside the nose and under the brow.
     dz -= 9.3 * bell(x, y, 18, 3, 6.5, 9);
     dz -= 6.5 * bell(x, y, 33, 8, 11, 6);
     dz -= 2.0 * bell(x, y, 29, -13, 12, 6);
     // Brow ridge and the bump over the nose.
-    dz += p_.brow * 2.4 * bell(x, y, 24, 19, 12, 5);
+    dz += p_.brow * 2.4 * bell(x, y, 24, 19, 12, 6) + 0.9 * bell(x, y, 0, 20, 9, 8);
     dz += 1.0 * bell(x, y, 40, 19, 10, 6);
     // Cheek bones, the hollow below them, the fold from nose to mouth.
     dz += 3.0 * bell(x, y, 43, -25, 12, 9);
@@ -183,26 +190,35 @@ Vec3d HeadSurface::sculpt(const Vec3d& p) const {
     dz -= 2.0 * bell(x, y, 47, -62, 10, 14);
     const double fold_x = mix(19, 32, smooth_step(-38, -72, y));
     dz -= 0.9 * bell(x, fold_x, 2.6) * smooth_step(-38, -46, y) * smooth_step(-76, -64, y);
+    // Seen from the side of the face: cheek bone, the hollow under it, the temple. Not near the lids and lips.
+    const double beside = smooth_step(44, 60, x);
+    dx += beside * (0.9 * bell(y, p.z(), -17, 42, 9, 22) - 1.5 * bell(y, p.z(), -52, 48, 15, 17) -
+                    1.5 * bell(y, p.z(), 22, 55, 13, 16));
     // Muzzle, philtrum, mentolabial fold, chin.
-    dz += 1.5 * bell(x, y, 0, -66, 17, 11);
+    dz += 1.8 * bell(x, y, 0, -64, 19, 12);
+    // The lips' borders stand out: the upper lip looks down, the lower one rolls out over its hollow.
+    dz += 1.3 * bell(y, upper_border(x) + 0.3, 2.8) * smooth_step(26, 8, x) + 0.8 * bell(y, lower_border(x), 2.4) * smooth_step(24, 8, x);
+    // Corners of the mouth lie in a dimple between fuller cheek and chin.
+    dz += 1.1 * bell(x, y, 33, -70, 5, 9) - 0.9 * bell(x, y, 27.5 * p_.mouth, -70, 2.6, 4);
     dz += (0.8 * bell(x, 4.6, 1.9) - 1.0 * bell(x, 0, 2.4)) * smooth_step(-47, -52, y) *
           smooth_step(-66, -61, y);
-    dz -= 1.8 * bell(x, y, 0, -87, 14, 4.5);
-    dz += p_.chin * 3.0 * bell(x, y, 0, -102, 11, 8);
+    dz -= 2.2 * bell(x, y, 0, -86.5, 13, 4.5);
+    dz += p_.chin * 3.0 * bell(x, y, 0, -101, 12, 8.5);
     // Nose: a ridge of changing width, the tip, the wings.
     const double width = nose_width_(y) * p_.nose_width;
     const double ridge =
         std::exp(-std::pow(x / width, 2.3)) * smooth_step(-66, -54, y) * smooth_step(24, 12, y);
     dz += p_.nose * nose_dz_(y) * ridge;
-    double dy = nose_dy_(y) * ridge, dx = 0;
+    double dy = nose_dy_(y) * ridge;
     // The wings end sharply below and softly above; a groove parts them from the tip and from the cheek.
-    const double wing_y = y > -39.5 ? bell(y, -39.5, 6.0) : bell(y, -39.5, 3.0);
-    const double wing = bell(x, 12.4 * p_.nose_width, 3.7) * wing_y;
-    dz += 9.5 * wing - 1.3 * bell(x, y, 9.6 * p_.nose_width, -31.5, 2.6, 3.6) +
-          1.6 * bell(x, y, 0, -35, 5.5, 4.5);
-    dx += 1.4 * wing;
-    dy -= 1.0 * wing;
-    dz -= 1.4 * bell(x, y, 18.2 * p_.nose_width, -38, 1.9, 4.5);
+    const double nw = p_.nose_width;
+    const double wing_y = y > -39.5 ? bell(y, -39.5, 5.6) : bell(y, -39.5, 3.2);
+    const double wing = bell(x, 13.2 * nw, 3.9) * wing_y;
+    dz += 10.0 * wing - 1.5 * bell(x, y, 9.4 * nw, -31.5, 2.6, 3.8) + 1.1 * bell(x, y, 0, -36.5, 6.0, 5.0);
+    dz += 1.6 * bell(x, y, 0, -45.5, 2.6, 2.6);  // columella
+    dx += 1.5 * wing;
+    dy -= 1.2 * wing;
+    dz -= 1.8 * bell(x, y, 19.0 * nw, -38.5, 2.0, 4.8);
     out += facing * Vec3d(dx, dy, dz);
     // Lids: skin that lies on a ball a little larger than the eye, rising out of the orbit.
     const Vec3d e = eye_centre();
@@ -213,6 +229,13 @@ Vec3d HeadSurface::sculpt(const Vec3d& p) const {
         const double lid = e.z() + std::sqrt(std::max(ball * ball - d2, 0.0) + 1.0);
         out.z() =
             mix(out.z(), smooth_max(out.z(), lid, mix(4.0, 2.0, smooth_step(-3, 3, y - e.y()))), near_lid);
+        // The crease of the upper lid, and a faint one under the lower lid, along the fissure: q as in lid_margin.
+        const double q = (x - (e.x() - 14.5)) / 27.7, inside = std::clamp(q, 0.0, 1.0);
+        const double arch = std::sin(pi * std::clamp(inside, 0.06, 0.94));
+        out.z() -= 1.1 * bell(y, lid_margin(true, inside).y() + 2.2 + 2.0 * arch, 0.9) * smooth_step(0.0, 0.25, q) *
+                   smooth_step(1.25, 0.8, q);
+        out.z() -= 0.5 * bell(y, lid_margin(false, inside).y() - 5.0 * arch, 1.2) * smooth_step(0.05, 0.3, q) *
+                   smooth_step(1.0, 0.7, q);
     }
     return out;
 }

@@ -20,7 +20,7 @@ struct HeadProportions {
            brow_tilt = 0;  ///< what makes left and right differ
     double eye_x = 31.5;   ///< half the distance of the pupils
     double eye_y = 0;
-    double eye_z = 71;         ///< of the eyeball centre
+    double eye_z = 69.5;         ///< of the eyeball centre
     double eye_radius = 12.5;  ///< of the eyeball
 };
 HeadProportions head_proportions(std::uint64_t seed);

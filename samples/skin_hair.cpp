@@ -19,7 +19,11 @@ Vec3 Painter::hair_flow(const Vec3& p, const Vec3& normal) const {
     // Hair grows away from the whorl at the back of the crown, and hangs.
     const Vec3 away = (p - places_.hair_whorl()).normalized();
     const float swing = 0.5f * fractal_noise(p / (24 * s), 2, seed_ + 99);
-    const Vec3 flow = tangent_part(away + Vec3(0, -0.45f, 0.1f), normal);
+    // On top in front it is combed back and away from a parting on the actor's left.
+    const Vec3 q = (p - places_.marks().glabella) / s;
+    const float combed = smooth_step(-75, -35, q.z()) * smooth_step(28, 52, q.y());
+    const Vec3 comb(q.x() > 30 ? 0.8f : -0.85f, 0.35f, -0.55f);
+    const Vec3 flow = tangent_part(away + Vec3(0, -0.45f, 0.1f) + combed * (1.6f * comb - away), normal);
     return (flow + swing * normal.cross(flow)).normalized();
 }
 
@@ -30,15 +34,13 @@ void Painter::grow_scalp(const SurfaceSampler& head, Random& random) {
         const SurfaceSampler::Place place = head.draw(random);
         const float keep = random.uniform(), shade = random.normal(), turn = random.normal(),
                     curl = random.normal(), length = random.uniform(), fine = random.uniform();
-        const float inside = place.surface == Surface::hair
-                                 ? 30.0f
-                                 : places_.into_scalp(place.position) +
-                                       3 * fractal_noise(place.position / (7 * s), 2, seed_ + 98);
+        const float inside = places_.into_scalp(place.position) +
+                             3 * fractal_noise(place.position / (7 * s), 2, seed_ + 98);
         if (keep > smooth_step(-4, 9, inside)) continue;
         const Vec3 flow = hair_flow(place.position, place.normal), across = place.normal.cross(flow);
         const Vec3 start = (flow + 0.22f * turn * across).normalized();
         const Vec3 end = (start + 0.25f * curl * across).normalized();
-        const float reach = s * (3 + 5 * length) * (0.45f + 0.55f * smooth_step(-4, 12, inside));
+        const float reach = s * (place.surface == Surface::hair ? 7 + 10 * length : 3 + 5 * length) * (0.45f + 0.55f * smooth_step(-4, 12, inside));
         Stroke hair;
         hair.a = place.position;
         hair.b = hair.a + 0.5f * reach * start;

@@ -56,8 +56,17 @@ Pigment Painter::paint(Surface surface, const Vec3& p, const Vec3& normal, float
             return mouth(p, normal);
         case Surface::lashes:
             return {complexion_.hair * 0.5f};
-        case Surface::hair:
-            return hair(p, normal, footprint);
+        case Surface::hair: {
+            // Skin still shows between the first hairs.
+            const float inside = places_.into_scalp(p) + 3 * fractal_noise(p / (2.4f * places_.scale()), 2, seed_ + 97);
+            const float share = smooth_step(-1, 8, inside);
+            if (share >= 1) return hair(p, normal, footprint);
+            Pigment edge = skin(p, normal, footprint, open);
+            edge.albedo = blend(edge.albedo, hair(p, normal, footprint).albedo, share);
+            edge.perfusion *= 1 - share;
+            edge.crease *= 1 - share;
+            return edge;
+        }
         case Surface::other: {
             const int side = Places::side_of(p);
             if (places_.from(p, places_.marks().eye_centre[side]) < 24) return eyeball(p, footprint);

@@ -127,11 +127,13 @@ float Places::into_eye(const Vec3& p, int side) const {
 
 float Places::into_scalp(const Vec3& p) const {
     const Vec3 ears = (marks_.ear[0] + marks_.ear[1]) / 2;
-    const Vec3 q = (p - ears) / scale_;
+    return samples::into_scalp((p - ears) / scale_, (marks_.ear[side_of(p)] - ears) / scale_,
+                               (marks_.glabella.y() - ears.y()) / scale_, (marks_.chin.y() - ears.y()) / scale_);
+}
+
+float into_scalp(const Vec3& q, const Vec3& ear, float glabella, float chin) {
     const float azimuth =
         std::atan2(std::abs(q.x()), q.z()) * 57.29578f;  // 0 in front, 90 at the ear, 180 behind
-    const float glabella = (marks_.glabella.y() - ears.y()) / scale_,
-                chin = (marks_.chin.y() - ears.y()) / scale_;
     const float top = glabella + 0.46f * (glabella - chin);  // the face's thirds are equal, nearly
     // Height of the hairline over the ears' centre, by azimuth: forehead, temple, sideburn, behind the ear,
     // nape.
@@ -162,10 +164,9 @@ float Places::into_scalp(const Vec3& p) const {
         (height(azimuth + kSpan) - height(azimuth - kSpan)) / (2 * kSpan * radius / 57.29578f);
     float inside = (q.y() - height(azimuth)) / std::sqrt(1 + slope * slope);
     // No hair on the ears.
-    const Vec3& ear = marks_.ear[side_of(p)];
-    const Vec3 e = (p - ear) / scale_;
-    const float inward = std::max(0.0f, std::abs(ear.x()) - std::abs(p.x())) / scale_;
-    const float off_ear = std::hypot(e.y() / 45, (e.z() + 0.15f * e.y()) / 29, inward / 14);
+    const Vec3 e = q - ear;
+    const float inward = std::max(0.0f, std::abs(ear.x()) - std::abs(q.x()));
+    const float off_ear = std::hypot(e.y() / 42, (e.z() + 0.15f * e.y()) / 26, inward / 14);
     inside = std::min(inside, 24 * (off_ear - 1));
     return inside;
 }

@@ -44,6 +44,9 @@ private:
     Landmarks::Line lips_, eye_[2];  // closed outlines
 };
 
+/// How far inside the hairline a place of a head is, as Places::into_scalp: q and the ear of its side from the middle
+/// between the ears, heights of glabella and chin over that middle; scaled mm.
+float into_scalp(const Vec3& q, const Vec3& ear, float glabella, float chin);
 /// Distance from p to a polyline; `along` gets where on it, 0 first point .. 1 last.
 float line_distance(const Landmarks::Line& line, const Vec3& p, float* along = nullptr);
 /// Point of a polyline at 0 .. 1 of its length.

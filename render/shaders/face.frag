@@ -54,9 +54,9 @@ vec3 plain_eye() {
 // A card of lashes without a picture of them: strands that fan out from the eye and thin towards their tips.
 float strands() {
     const float along = clamp((length(rest_place) - 1.0) / 0.55, 0.0, 1.0);
-    const float across = abs(fract(atan(rest_place.y, rest_place.x) * 11.0) * 2.0 - 1.0);
-    const float width = mix(0.55, 0.05, along);
-    return 0.85 * (1.0 - smoothstep(width, width + 0.35, across)) * (1.0 - smoothstep(0.75, 1.0, along));
+    const float across = abs(fract(atan(rest_place.y, rest_place.x) * 19.0) * 2.0 - 1.0);
+    const float width = mix(0.50, 0.05, along);
+    return 0.70 * (1.0 - smoothstep(width, width + 0.35, across)) * (1.0 - smoothstep(0.75, 1.0, along));
 }
 #endif
 

@@ -17,7 +17,7 @@ const Actor& plain_actor() {
 TEST(HeadMesh, has_enough_vertices_and_one_coordinate_triangle_per_triangle) {
     const Mesh& mesh = plain_actor().neutral();
     EXPECT_GE(mesh.vertex_count(), 9000u);
-    EXPECT_LE(mesh.vertex_count(), 15000u);
+    EXPECT_LE(mesh.vertex_count(), 17000u);
     ASSERT_EQ(mesh.triangles.size(), mesh.texcoord_triangles.size());
     std::set<std::uint32_t> used;
     for (const Triangle& t : mesh.triangles) used.insert(t.begin(), t.end());
@@ -140,8 +140,10 @@ TEST(HeadMesh, the_front_of_the_face_gets_most_of_the_texels) {
     EXPECT_GT(face / all, 0.5);
 }
 
-// Means and spreads of young adults, both sexes together: Farkas, Anthropometry of the Head and Face (1994),
-// mm.
+// Bounds within which adults' faces lie, mm, wider than any one population's spread. Two rest on published means: between
+// the inner corners 31.2 (Middle Eastern), 31.4 SD 2.5 (White) .. 38.5 (African), pooled from 67 studies of 22 638 people
+// (PMC9029890); head length of British adults of 19 to 65 years 195 SD 8 (men) and 180 SD 7 (women) (Online Anthropometry,
+// City University of Hong Kong, dimension 26). The others say only that this is a face.
 TEST(HeadMesh, proportions_are_those_of_people) {
     for (const std::uint64_t seed : {0, 1, 2, 3}) {
         const auto actor = make_procedural_actor(seed);
@@ -151,13 +153,13 @@ TEST(HeadMesh, proportions_are_those_of_people) {
             EXPECT_GE(value, low) << what << ", seed " << seed;
             EXPECT_LE(value, high) << what << ", seed " << seed;
         };
-        within("between the pupils", (m.eye_centre[1] - m.eye_centre[0]).norm(), 56, 70);  // 60-66
+        within("between the pupils", (m.eye_centre[1] - m.eye_centre[0]).norm(), 56, 70);
         within("between inner corners of the eyes", m.upper_lid[1].front().x() - m.upper_lid[0].front().x(),
-               28, 38);  // 32-33
+               28, 38);
         within("length of the fissure", (m.upper_lid[1].front() - m.upper_lid[1].back()).norm(), 26,
-               34);  // 30-31
+               34);
         within("width of the mouth", m.upper_lip_line.back().x() - m.upper_lip_line.front().x(), 44,
-               60);  // 50-54
+               60);
         const double stomion = m.upper_lip_line[m.upper_lip_line.size() / 2].y();
         within("pupil to mouth", m.eye_centre[0].y() - stomion, 62, 78);
         within("glabella to chin", m.glabella.y() - m.chin.y(), 108, 135);
@@ -171,10 +173,10 @@ TEST(HeadMesh, proportions_are_those_of_people) {
             if (p.y() > 10) front = std::max<double>(front, p.z()), back = std::min<double>(back, p.z());
             top = std::max<double>(top, p.y());
         }
-        within("breadth of the head", breadth, 138, 165);      // 144-151
-        within("length of the head", front - back, 178, 206);  // 187-197
+        within("breadth of the head", breadth, 138, 172);  // over the hair
+        within("length of the head", front - back, 166, 211);  // 180 - 2 SD .. 195 + 2 SD
         within("pupil to vertex", top - m.eye_centre[0].y(), 98, 125);
-        within("iris diameters of eyeball", m.eye_radius, 11.5, 13);  // 12-12.5
+        within("radius of the eyeball", m.eye_radius, 11.5, 13);
         EXPECT_LT(mesh.positions.col(1).minCoeff(), -145) << "a neck";
     }
 }
