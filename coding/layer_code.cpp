@@ -17,6 +17,7 @@ constexpr std::uint32_t kMaxTargets = 4096;
 constexpr std::size_t kMaxTargetName = 256;
 constexpr std::uint64_t kMaxTargetValues = 1u << 26;  // vertices x targets: 57 targets of a million-vertex head
 constexpr int kShares = 255;
+constexpr int kHolds = 127;
 
 Error damaged(const char* what) { return {ErrorCode::damaged, std::string("the ") + what + " blob does not decode"}; }
 
@@ -191,6 +192,48 @@ Result<std::array<std::optional<Ball>, 2>> decode_eyes(ByteView bytes, std::uint
     }
     if (!in.ok() || !in.at_end()) return damaged("eyes");
     return eyes;
+}
+
+Bytes encode_contact(const LipContact& contact) {
+    assert(!contact.pairs.empty() && contact.pairs.size() <= kMaxContactPairs);
+    ByteWriter out;
+    out.varint(contact.pairs.size());
+    for (const auto& pair : contact.pairs)
+        for (const std::uint32_t v : pair) out.varint(v);
+    out.varint(contact.members.size());
+    std::uint32_t next = 0;
+    for (const LipContact::Member& member : contact.members) {
+        assert(member.vertex >= next && member.hold != 0 && std::abs(member.hold) <= 1);
+        const int hold = std::max(1, int(std::lround(std::abs(member.hold) * kHolds)));
+        out.varint(member.vertex - next);
+        out.u8(std::uint8_t(member.hold > 0 ? hold : 256 - hold));
+        next = member.vertex + 1;
+    }
+    return out.take();
+}
+
+Result<LipContact> decode_contact(ByteView bytes, std::uint32_t V) {
+    ByteReader in(bytes);
+    LipContact contact;
+    const std::uint64_t pairs = in.varint();
+    if (!in.ok() || pairs == 0 || pairs > kMaxContactPairs) return damaged("contact");
+    for (std::uint64_t i = 0; i < pairs; ++i) {
+        const std::uint64_t upper = in.varint(), lower = in.varint();
+        if (!in.ok() || upper >= V || lower >= V) return damaged("contact");
+        contact.pairs.push_back({std::uint32_t(upper), std::uint32_t(lower)});
+    }
+    const std::uint64_t members = in.varint();
+    if (!in.ok() || members > V) return damaged("contact");
+    std::uint64_t next = 0;
+    for (std::uint64_t i = 0; i < members; ++i) {
+        const std::uint64_t gap = in.varint();
+        const int hold = static_cast<std::int8_t>(in.u8());
+        if (!in.ok() || gap >= V || next + gap >= V || hold == 0 || hold < -kHolds) return damaged("contact");
+        next += gap;
+        contact.members.push_back({std::uint32_t(next++), float(hold) / kHolds});
+    }
+    if (!in.at_end()) return damaged("contact");
+    return contact;
 }
 
 }  // namespace mien::coding

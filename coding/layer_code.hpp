@@ -42,4 +42,17 @@ struct Ball {
 Bytes encode_eyes(const std::array<std::optional<Ball>, 2>& eyes);
 Result<std::array<std::optional<Ball>, 2>> decode_eyes(ByteView bytes, std::uint32_t V);
 
+/// Lips that are held apart: facing vertices, and what is held on its own side of the surface between them.
+struct LipContact {
+    struct Member {
+        std::uint32_t vertex;
+        float hold;  ///< share of the push, 0 < |hold| <= 1, negative below the surface; rounded to 1/127
+    };
+    std::vector<std::array<std::uint32_t, 2>> pairs;  ///< 1 to kMaxContactPairs
+    std::vector<Member> members;                      ///< ascending vertices
+};
+inline constexpr std::size_t kMaxContactPairs = 256;
+Bytes encode_contact(const LipContact& contact);
+Result<LipContact> decode_contact(ByteView bytes, std::uint32_t V);
+
 }  // namespace mien::coding

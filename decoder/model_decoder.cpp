@@ -51,7 +51,7 @@ private:
     Result<void> place(LayerKind kind) {
         const bool shape = kind == LayerKind::shape;
         const bool base = kind == LayerKind::vertex_basis || kind == LayerKind::blend || kind == LayerKind::blendshapes || kind == LayerKind::points;
-        const bool mesh_wanted = kind == LayerKind::vertex_basis || kind == LayerKind::blend || kind == LayerKind::eyes;
+        const bool mesh_wanted = kind == LayerKind::vertex_basis || kind == LayerKind::blend || kind == LayerKind::eyes || kind == LayerKind::contact;
         if ((shape && (has_shape_ || has_base_)) || (base && has_base_) || (kind == LayerKind::points && has_shape_) || (mesh_wanted && !has_shape_))
             return Error{ErrorCode::damaged, "the model manifest's layers do not build on each other"};
         has_shape_ |= shape;
@@ -102,6 +102,14 @@ private:
                 MIEN_TRY(eyes, coding::decode_eyes(*bytes, V));
                 for (std::size_t side = 0; side < 2; ++side)
                     if (eyes[side]) model_.eyes[side] = model::Eyeball{eyes[side]->centre, eyes[side]->vertices};
+                break;
+            }
+            case LayerKind::contact: {
+                MIEN_TRY(bytes, blob(layer, 0));
+                MIEN_TRY(stored, coding::decode_contact(*bytes, V));
+                auto& contact = model_.contact.emplace();
+                contact.pairs = std::move(stored.pairs);
+                for (const auto& member : stored.members) contact.members.push_back({member.vertex, member.hold});
                 break;
             }
             case LayerKind::static_albedo:

@@ -8,6 +8,7 @@
 #include "coding/layer_code.hpp"
 #include "coding/mesh_code.hpp"
 #include "encoder/blend_coefficients.hpp"
+#include "encoder/lip_contact.hpp"
 #include "encoder/marker_triangulation.hpp"
 #include "encoder/reference_points.hpp"
 #include "media/picture.hpp"
@@ -120,6 +121,21 @@ private:
             base.markers.row(Eigen::Index(m)) = base.sites[m].position(out_.model.neutral.positions).transpose();
         layer(LayerKind::blend, {blob(BlobKind::blend, std::move(bytes))});
         out_.model.base = std::move(base);
+        return add_contact();
+    }
+
+    /// Weights that are linear in the markers know nothing of lips that stop each other.
+    Result<void> add_contact() {
+        const auto contact = lip_contact(*clip_.neutral);
+        if (!contact) return {};
+        coding::LipContact lips{contact->pairs, {}};
+        for (const auto& member : contact->members) lips.members.push_back({member.vertex, member.hold});
+        Bytes bytes = coding::encode_contact(lips);
+        MIEN_TRY(stored, coding::decode_contact(bytes, clip_.neutral->vertex_count()));
+        auto& kept = out_.model.contact.emplace();
+        kept.pairs = std::move(stored.pairs);
+        for (const auto& member : stored.members) kept.members.push_back({member.vertex, member.hold});
+        layer(LayerKind::contact, {blob(BlobKind::contact, std::move(bytes))});
         return {};
     }
 

@@ -123,29 +123,56 @@ float line_y(const std::vector<Vec3>& line, float x) {
     return a.y() + t * (b.y() - a.y());
 }
 
-/// Side of every vertex. Right at the slit, where lips and lids roll inward, height says little: there the nearest skin
-/// further out decides, along the skin.
-std::vector<Side> label(const Mesh& mesh, const SurfaceDistance& skin, const std::vector<Vec3>& line, float roll) {
+/// Side of every vertex by its height over the line.
+std::vector<Side> sides_by_height(const Mesh& mesh, const std::vector<Vec3>& line) {
     std::vector<Side> sides(mesh.vertex_count(), Side::beside);
-    std::vector<std::pair<std::uint32_t, float>> above, below;
-    std::vector<std::uint32_t> undecided;
-    float front = -1e9f;
-    for (const Vec3& p : line) front = std::max(front, p.z());
     for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
         const Vec3 p = mesh.positions.row(v).transpose();
         if (p.x() < line.front().x() || p.x() > line.back().x()) continue;
+        sides[v] = p.y() >= line_y(line, p.x()) ? Side::above : Side::below;
+    }
+    return sides;
+}
+
+float foremost(const std::vector<Vec3>& line) {
+    return std::max_element(line.begin(), line.end(), [](const Vec3& a, const Vec3& b) { return a.z() < b.z(); })->z();
+}
+
+constexpr float kBehind = 25;  // mm behind the front of a slit: what lies deeper is no rim
+
+/// Lids roll inward, where height says little: the nearest skin further out decides, along the skin.
+std::vector<Side> label_lids(const Mesh& mesh, const SurfaceDistance& skin, const std::vector<Vec3>& line, float roll) {
+    std::vector<Side> sides = sides_by_height(mesh, line);
+    std::vector<std::pair<std::uint32_t, float>> above, below;
+    std::vector<std::uint32_t> undecided;
+    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+        const Vec3 p = mesh.positions.row(v).transpose();
+        if (sides[v] == Side::beside || !skin.carries(v) || p.z() < foremost(line) - kBehind) continue;
         const float height = p.y() - line_y(line, p.x());
-        sides[v] = height >= 0 ? Side::above : Side::below;
-        if (!skin.carries(v)) continue;
-        const bool in_front = p.z() > front - 25;
-        if (std::abs(height) < roll && in_front) undecided.push_back(v);
-        else if (std::abs(height) < 2.5f * roll && in_front) (height > 0 ? above : below).emplace_back(v, 0.0f);
+        if (std::abs(height) < roll) undecided.push_back(v);
+        else if (std::abs(height) < 2.5f * roll) (height > 0 ? above : below).emplace_back(v, 0.0f);
     }
     std::vector<float> to_above(mesh.vertex_count(), 1e9f), to_below(mesh.vertex_count(), 1e9f);
     for (const auto& r : skin.from(above)) to_above[r.vertex] = r.distance;
     for (const auto& r : skin.from(below)) to_below[r.vertex] = r.distance;
     for (const std::uint32_t v : undecided)
         if (to_above[v] != to_below[v]) sides[v] = to_above[v] < to_below[v] ? Side::above : Side::below;
+    return sides;
+}
+
+/// Lips that touch may lie a little beyond the line of the mouth: there the upper one looks down and the lower one up.
+std::vector<Side> label_lips(const Mesh& mesh, const SurfaceDistance& skin, const std::vector<Vec3>& line) {
+    constexpr float kLevel = 0.4f;  // sine of the slope from which a surface counts as looking up or down
+    std::vector<Side> sides = sides_by_height(mesh, line);
+    const Points normals = vertex_normals(mesh.positions, mesh.triangles);
+    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+        const Vec3 p = mesh.positions.row(v).transpose();
+        if (sides[v] == Side::beside || !skin.carries(v) || p.z() < foremost(line) - kBehind) continue;
+        const float from_corner = std::min(p.x() - line.front().x(), line.back().x() - p.x());
+        const float roll = std::min(2.0f, 0.5f + 0.1f * from_corner);  // mm; lips thin out towards the corners
+        if (std::abs(p.y() - line_y(line, p.x())) < roll && std::abs(normals(v, 1)) > kLevel)
+            sides[v] = normals(v, 1) < 0 ? Side::above : Side::below;
+    }
     return sides;
 }
 
@@ -190,7 +217,7 @@ std::vector<Slit> find_slits(const Mesh& neutral, const SurfaceDistance& skin) {
         Slit slit;
         const Vec3 front = eye.centre + Vec3(0, 0, eye.radius);
         slit.line = {front - Vec3(kLidReach * eye.radius, 0, 0), front, front + Vec3(kLidReach * eye.radius, 0, 0)};
-        slit.sides = label(neutral, skin, slit.line, eye.radius * 0.6f);
+        slit.sides = label_lids(neutral, skin, slit.line, eye.radius * 0.6f);
         slits.push_back(std::move(slit));
     }
     // The mouth lies in the lower front of the head; ears and nostrils do not cross the middle there.
@@ -202,7 +229,7 @@ std::vector<Slit> find_slits(const Mesh& neutral, const SurfaceDistance& skin) {
         Slit slit;
         slit.mouth = true;
         slit.line = std::move(*line);
-        slit.sides = label(neutral, skin, slit.line, 5);
+        slit.sides = label_lips(neutral, skin, slit.line);
         slits.push_back(std::move(slit));
     }
     return slits;

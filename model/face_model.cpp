@@ -65,6 +65,7 @@ Points evaluate(const FaceModel& model, const LinearMotion& composed, const Moti
     Points points = neutral_points(model) + ConstPointsMap(offsets.data(), offsets.size() / 3, 3);
     for (int side = 0; side < 2; ++side)
         if (model.eyes[side]) turn_eye(*model.eyes[side], motion.gaze.yaw[side], motion.gaze.pitch[side], points);
+    if (model.contact) hold_apart(*model.contact, points);
     apply_pose(motion.pose, points);
     return points;
 }

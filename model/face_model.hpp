@@ -7,6 +7,7 @@
 
 #include "core/clip.hpp"
 #include "core/mesh.hpp"
+#include "model/contact.hpp"
 #include "model/linear_motion.hpp"
 
 /// The face model: everything static about one actor, as layers (design: base shape, dynamics, medium, fine, albedo).
@@ -50,6 +51,7 @@ struct FaceModel {
     Mesh neutral;                                  ///< empty for PointBase
     std::variant<VertexBase, BlendBase, BlendshapeBase, PointBase> base;
     std::optional<Eyeball> eyes[2];                ///< actor's right, left; only when gaze is not already in the motion vector
+    std::optional<Contact> contact;                ///< of the lips, where the base shape does not keep them apart
     std::optional<Image> static_albedo;            ///< used when the stream has no texture track
     bool video_albedo = false;
 
@@ -65,7 +67,8 @@ LinearMotion compose(const FaceModel& model, const LinearMotion& motion);
 /// Neutral positions of all drawn points, V x 3 mm.
 const Points& neutral_points(const FaceModel& model);
 
-/// The reference for the GPU: neutral + mean + components * w, eyes turned by gaze, then the head pose. V x 3 mm.
+/// The reference for the GPU: neutral + mean + components * w, eyes turned by gaze, lips held apart, then the head pose.
+/// V x 3 mm.
 Points evaluate(const FaceModel& model, const LinearMotion& composed, const Motion& motion);
 
 }  // namespace mien::model

@@ -35,7 +35,7 @@ Result<Bytes> unpack(ByteView packed, std::uint64_t size) {
 }
 
 bool known(std::uint8_t kind) {
-    return kind >= static_cast<std::uint8_t>(BlobKind::manifest) && kind <= static_cast<std::uint8_t>(BlobKind::eyes);
+    return kind >= static_cast<std::uint8_t>(BlobKind::manifest) && kind <= static_cast<std::uint8_t>(BlobKind::contact);
 }
 
 }  // namespace
@@ -51,6 +51,7 @@ std::string_view name_of(BlobKind kind) {
         case BlobKind::blendshapes: return "blendshapes";
         case BlobKind::texture: return "texture";
         case BlobKind::eyes: return "eyes";
+        case BlobKind::contact: return "contact";
     }
     return {};
 }
@@ -160,7 +161,7 @@ Result<Manifest> parse_manifest(ByteView bytes) {
         const std::uint8_t kind = in.u8();
         const std::uint64_t blobs = in.varint();
         if (!in.ok()) break;
-        if (kind < 1 || kind > static_cast<std::uint8_t>(LayerKind::video_albedo))
+        if (kind < 1 || kind > static_cast<std::uint8_t>(LayerKind::contact))
             return damaged(fmt::format("layer {} of the model manifest is of unknown kind {}", l, kind));
         if (blobs > kMaxBlobs) return too_large(fmt::format("layer {} of the model manifest names {} blobs", l, blobs));
         layer.kind = static_cast<LayerKind>(kind);

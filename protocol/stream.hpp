@@ -76,6 +76,7 @@ enum class BlobKind : std::uint8_t {
     blendshapes = 7,   ///< targets of a weight-driven mesh
     texture = 8,       ///< a static picture (JPEG or PNG bytes)
     eyes = 9,          ///< eyeballs that gaze turns
+    contact = 10,      ///< lips that are held apart
 };
 
 struct BlobInfo {
@@ -94,6 +95,7 @@ enum class LayerKind : std::uint8_t {
     eyes = 6,          ///< eyeballs turned by gaze
     static_albedo = 7,
     video_albedo = 8,  ///< albedo is the stream's texture track
+    contact = 9,       ///< lips that are held apart, where the base shape does not
 };
 struct Layer {
     LayerKind kind = LayerKind::shape;

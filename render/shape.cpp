@@ -84,6 +84,16 @@ Shape::Shape(const model::FaceModel& model, const model::LinearMotion& composed)
         }
     eye_of_ = gl::make_buffer(sizeof(std::uint32_t) * eye_of.size(), eye_of.data());
 
+    if (const auto& contact = model.contact) {
+        static_assert(sizeof(model::Contact::Member) == 8, "as in contact.comp");
+        assert(contact->pairs.size() <= model::kMaxContactPairs);
+        contact_ = gl::make_compute(embedded::shaders_contact_comp);
+        pair_count_ = int(contact->pairs.size());
+        member_count_ = int(contact->members.size());
+        pairs_ = gl::make_buffer(sizeof contact->pairs[0] * contact->pairs.size(), contact->pairs.data());
+        members_ = gl::make_buffer(sizeof contact->members[0] * contact->members.size(), contact->members.data());
+    }
+
     const Rings rings = rings_of(std::uint32_t(count_), triangles_of(model));
     ring_start_ = gl::make_buffer(sizeof rings.start[0] * rings.start.size(), rings.start.data());
     ring_ = gl::make_buffer(sizeof rings.corners[0] * rings.corners.size(), rings.corners.data());
@@ -120,7 +130,22 @@ void Shape::form(const model::Motion& motion, const ShapeSteps& steps) {
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, moves ? component_blocks_[b].id() : weights_.id());
         dispatch(count_);
     }
+    if (steps.motion && pair_count_ > 0) hold_lips_apart();
     form_normals();
+}
+
+void Shape::hold_lips_apart() {
+    contact_.set("pair_count", pair_count_);
+    contact_.set("member_count", member_count_);
+    contact_.set("rotation", Eigen::Matrix3f(pose_.rotation.toRotationMatrix()));
+    contact_.set("translation", pose_.translation);
+    contact_.set("reach", model::kContactReach);
+    contact_.set("softness", model::kContactSoftness);
+    contact_.use();
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, positions_.id());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, pairs_.id());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, members_.id());
+    dispatch(1);
 }
 
 void Shape::form(PointsRef positions, const RigidPose& pose) {

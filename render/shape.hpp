@@ -26,13 +26,15 @@ public:
     Points read_normals() const;
 
 private:
+    void hold_lips_apart();
     void form_normals();
 
     int count_ = 0;
     int components_ = 0;
+    int pair_count_ = 0, member_count_ = 0;  ///< of the lips' contact
     int per_buffer_ = 1;                    ///< components that fit into one storage block
-    gl::Program shape_, normals_program_;
-    gl::Buffer positions_, normals_, neutral_, neutral_and_mean_, weights_, eye_of_, ring_start_, ring_;
+    gl::Program shape_, contact_, normals_program_;
+    gl::Buffer positions_, normals_, neutral_, neutral_and_mean_, weights_, eye_of_, pairs_, members_, ring_start_, ring_;
     std::vector<gl::Buffer> component_blocks_;
     Vec3 eye_centre_[2] = {Vec3::Zero(), Vec3::Zero()};
     RigidPose pose_;

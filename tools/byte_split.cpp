@@ -31,7 +31,8 @@ Result<ByteSplit> split_bytes(const StoredStream& stream) {
             case BlobKind::shape:
             case BlobKind::blend:
             case BlobKind::blendshapes:
-            case BlobKind::eyes: split.shape += blob.stored; break;
+            case BlobKind::eyes:
+            case BlobKind::contact: split.shape += blob.stored; break;
             case BlobKind::connectivity:
             case BlobKind::texcoords: split.connectivity += blob.stored; break;
             case BlobKind::texture: split.texture += blob.stored; break;

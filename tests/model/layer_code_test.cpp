@@ -103,7 +103,47 @@ TEST(EyeCode, KeepsBothOneOrNoEye) {
     }
 }
 
+LipContact some_lips() { return {{{4, 9}, {3, 8}}, {{2, 1}, {3, 0.25f}, {4, 1.0f / 127}, {8, -0.5f}, {9, -1}}}; }
+
+TEST(ContactCode, KeepsPairsAndHolds) {
+    const LipContact lips = some_lips();
+    const auto back = decode_contact(encode_contact(lips), 10);
+    ASSERT_TRUE(back.ok()) << back.error().message;
+    EXPECT_EQ(back->pairs, lips.pairs);
+    ASSERT_EQ(back->members.size(), lips.members.size());
+    for (std::size_t i = 0; i < lips.members.size(); ++i) {
+        EXPECT_EQ(back->members[i].vertex, lips.members[i].vertex);
+        EXPECT_NEAR(back->members[i].hold, lips.members[i].hold, 0.5 / 127 + 1e-6);
+    }
+    EXPECT_FALSE(decode_contact(encode_contact(lips), 9).ok()) << "vertex 9 is not there";
+}
+
+TEST(ContactCode, RefusesHoldsOfNothingAndTooManyPairs) {
+    const auto one = [](unsigned pairs, unsigned hold) {
+        ByteWriter out;
+        out.varint(pairs);
+        for (unsigned i = 0; i < 2 * pairs; ++i) out.varint(0);
+        out.varint(1);
+        out.varint(5);
+        out.u8(std::uint8_t(hold));
+        return out.take();
+    };
+    EXPECT_TRUE(decode_contact(one(1, 1), 6).ok());
+    EXPECT_TRUE(decode_contact(one(kMaxContactPairs, 0x81), 6).ok());
+    EXPECT_FALSE(decode_contact(one(1, 0), 6).ok());
+    EXPECT_FALSE(decode_contact(one(1, 0x80), 6).ok()) << "more than the whole push";
+    EXPECT_FALSE(decode_contact(one(0, 1), 6).ok());
+    EXPECT_FALSE(decode_contact(one(kMaxContactPairs + 1, 1), 6).ok());
+}
+
 TEST(LayerCode, RefusesOrSurvivesDamage) {
+    for_all_damage(encode_contact(some_lips()), [](ByteView bytes, bool cut) {
+        const auto back = decode_contact(bytes, 10);
+        EXPECT_FALSE(cut && back.ok()) << bytes.size();
+        if (!back.ok()) return;
+        for (const auto& pair : back->pairs) EXPECT_LT(std::max(pair[0], pair[1]), 10u);
+        for (const auto& member : back->members) EXPECT_LT(member.vertex, 10u);
+    });
     for_all_damage(encode_blend(some_sites(), some_rows()), [](ByteView bytes, bool cut) {
         const auto back = decode_blend(bytes, 4);
         EXPECT_FALSE(cut && back.ok()) << bytes.size();

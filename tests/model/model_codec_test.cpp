@@ -84,6 +84,15 @@ void expect_same(const model::FaceModel& a, const model::FaceModel& b) {
         EXPECT_EQ(a.eyes[side]->centre, b.eyes[side]->centre);
         EXPECT_EQ(a.eyes[side]->vertices, b.eyes[side]->vertices);
     }
+    ASSERT_EQ(a.contact.has_value(), b.contact.has_value());
+    if (a.contact) {
+        EXPECT_EQ(a.contact->pairs, b.contact->pairs);
+        ASSERT_EQ(a.contact->members.size(), b.contact->members.size());
+        for (std::size_t i = 0; i < a.contact->members.size(); ++i) {
+            EXPECT_EQ(a.contact->members[i].vertex, b.contact->members[i].vertex);
+            EXPECT_EQ(a.contact->members[i].hold, b.contact->members[i].hold);
+        }
+    }
     ASSERT_EQ(a.base.index(), b.base.index());
     if (const auto* blend = std::get_if<model::BlendBase>(&a.base)) {
         const auto& other = std::get<model::BlendBase>(b.base);

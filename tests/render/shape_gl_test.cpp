@@ -85,6 +85,22 @@ TEST_F(ShapeGLTest, BlendBasesAreFormedThroughTheirComposedBasis) {
     EXPECT_LE((renderer.read_positions().row(3) - model.neutral.positions.row(3)).norm(), 1e-6f) << "no terms: still";
 }
 
+TEST_F(ShapeGLTest, LipsAreHeldApartAsOnTheCpu) {
+    model::FaceModel model = ball_with_eyes();
+    model::Contact& contact = model.contact.emplace();
+    for (std::uint32_t i = 0; i < 200; ++i) contact.pairs.push_back({300 + i, 500 - i});
+    for (std::uint32_t v = 200; v < 700; ++v) contact.members.push_back({v, (v % 2 ? 1.0f : -1.0f) * float(v % 9 + 1) / 9});
+    const model::LinearMotion motion = random_motion(3 * model.point_count(), 7, 5);
+    FaceRenderer renderer(model, motion);
+    const model::Motion instant = some_motion(7);
+    renderer.set_motion(instant);
+    draw_once(renderer);
+    const Points held = model::evaluate(model, motion, instant);
+    expect_points_near(renderer.read_positions(), held, 1e-3f);
+    model.contact.reset();
+    EXPECT_GT((held - model::evaluate(model, motion, instant)).rowwise().norm().maxCoeff(), 10) << "mm: they were held";
+}
+
 TEST_F(ShapeGLTest, SwitchedOffStepsAreLeftOut) {
     const model::FaceModel model = ball_with_eyes();
     const model::LinearMotion motion = random_motion(3 * model.point_count(), 5, 4);

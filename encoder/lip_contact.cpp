@@ -1,0 +1,113 @@
+#include "encoder/lip_contact.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "encoder/lining.hpp"
+#include "encoder/slits.hpp"
+#include "encoder/surface_distance.hpp"
+
+namespace mien::encoder {
+namespace {
+
+constexpr float kReach = 10;      // mm from the line of the mouth; what lies farther never comes to it
+constexpr float kPairGap = 5;     // mm between the vertices of a pair
+constexpr float kPairSpacing = 1; // mm between pairs at least
+constexpr float kLiningReach = 8; // mm along the lining at which it is let go
+// The lips are one where they meet at the corners: hold grows with the way along the skin to the other lip, mm.
+constexpr float kOneLip = 0.3f, kTwoLips = 1.5f;
+
+float smooth_step(float t) {
+    t = std::clamp(t, 0.0f, 1.0f);
+    return t * t * (3 - 2 * t);
+}
+
+class ContactFinder {
+public:
+    ContactFinder(const Mesh& mesh, const SurfaceDistance& skin, const Slit& mouth) : mesh_(mesh), skin_(skin), mouth_(mouth) {
+        measure_ways();
+    }
+
+    std::optional<model::Contact> run() const {
+        model::Contact contact;
+        contact.pairs = pairs();
+        if (contact.pairs.empty()) return std::nullopt;
+        std::vector<std::uint32_t> roots;
+        for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v)
+            if (way_[v] < kFar) roots.push_back(v);
+        const std::vector<Rooted> rooted = grow_lining(mesh_, roots);
+        for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v) {
+            if (mouth_.sides[v] == Side::beside || to_line(v) > kReach) continue;
+            float hold = 0;
+            if (skin_.carries(v)) hold = two_lips(v);
+            else if (const auto [rim, depth] = rooted[v]; rim != kNoRim && mouth_.sides[rim] == mouth_.sides[v])
+                hold = two_lips(rim) * smooth_step(1 - depth / kLiningReach);
+            if (hold > 0) contact.members.push_back({v, mouth_.sides[v] == Side::above ? hold : -hold});
+        }
+        return contact;
+    }
+
+private:
+    static constexpr float kFar = 30;  // mm
+
+    Vec3 position(std::uint32_t v) const { return mesh_.positions.row(v).transpose(); }
+    float to_line(std::uint32_t v) const {
+        float nearest = 1e9f;
+        for (const Vec3& p : mouth_.line) nearest = std::min(nearest, (p - position(v)).norm());
+        return nearest;
+    }
+    float two_lips(std::uint32_t v) const { return smooth_step((way_[v] - kOneLip) / (kTwoLips - kOneLip)); }
+
+    void measure_ways() {
+        way_.assign(mesh_.vertex_count(), kFar);
+        for (const Side side : {Side::above, Side::below}) {
+            std::vector<std::pair<std::uint32_t, float>> others;
+            for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v)
+                if (skin_.carries(v) && int(mouth_.sides[v]) == -int(side)) others.emplace_back(v, 0.0f);
+            for (const auto& r : skin_.from(others, kFar))
+                if (mouth_.sides[r.vertex] == side) way_[r.vertex] = r.distance;
+        }
+    }
+
+    std::vector<std::array<std::uint32_t, 2>> pairs() const {
+        std::vector<std::uint32_t> upper, lower;
+        for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v)
+            if (skin_.carries(v) && mouth_.sides[v] != Side::beside && way_[v] > kOneLip && to_line(v) < kReach)
+                (mouth_.sides[v] == Side::above ? upper : lower).push_back(v);
+        if (upper.empty() || lower.empty()) return {};
+        const auto nearest = [&](std::uint32_t v, const std::vector<std::uint32_t>& among) {
+            return *std::min_element(among.begin(), among.end(), [&](std::uint32_t a, std::uint32_t b) {
+                return (position(a) - position(v)).squaredNorm() < (position(b) - position(v)).squaredNorm();
+            });
+        };
+        std::vector<std::array<std::uint32_t, 2>> all;
+        for (const std::uint32_t u : upper) {
+            const std::uint32_t l = nearest(u, lower);
+            if (nearest(l, upper) == u && (position(u) - position(l)).norm() < kPairGap) all.push_back({u, l});
+        }
+        for (float spacing = kPairSpacing;; spacing *= 1.2f) {
+            std::vector<std::array<std::uint32_t, 2>> spread;
+            for (const auto& pair : all)
+                if (std::none_of(spread.begin(), spread.end(), [&](const auto& other) { return (middle(pair) - middle(other)).norm() < spacing; }))
+                    spread.push_back(pair);
+            if (spread.size() <= model::kMaxContactPairs) return spread;
+        }
+    }
+    Vec3 middle(const std::array<std::uint32_t, 2>& pair) const { return (position(pair[0]) + position(pair[1])) / 2; }
+
+    const Mesh& mesh_;
+    const SurfaceDistance& skin_;
+    const Slit& mouth_;
+    std::vector<float> way_;  // V: along the skin to the other lip, mm
+};
+
+}  // namespace
+
+std::optional<model::Contact> lip_contact(const Mesh& neutral) {
+    const SurfaceDistance skin(neutral, 1u << int(Surface::skin));
+    for (const Slit& slit : find_slits(neutral, skin))
+        if (slit.mouth) return ContactFinder(neutral, skin, slit).run();
+    return std::nullopt;
+}
+
+}  // namespace mien::encoder
