@@ -235,7 +235,7 @@ Result<EncodedMotion> encode_motion(const Clip& clip, const MotionOptions& optio
     const double allowed = guess * guess * double(std::max<std::int64_t>(1, matrix.present));
     task.components = find_components(matrix.values, 0.01 * allowed, 320);
     matrix.values.resize(0, 0);
-    if (kind == MotionKind::vertices && clip.neutral) task.triangles = clip.neutral->triangles;
+    if (kind == MotionKind::vertices && clip.neutral) task.triangles = clip.neutral->triangles, task.mirror = options.mirror;
 
     // Search for the step that just meets what was asked.
     MotionSearch search(task);
