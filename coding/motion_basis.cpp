@@ -12,7 +12,7 @@
 namespace mien::coding {
 namespace {
 
-constexpr std::uint8_t kAcrossMesh = 1, kHasParents = 2, kHasWeights = 4;
+constexpr std::uint8_t kAcrossMesh = 1, kHasParents = 2, kHasWeights = 4, kMirrored = 8;
 
 Error damaged(const char* what) { return {ErrorCode::damaged, std::string("motion basis: ") + what}; }
 
@@ -73,8 +73,8 @@ void code_start(Coder& coder, MotionStart& start, std::size_t entries, std::size
 
 }  // namespace
 
-PointOrder basis_order(const MotionBasis& basis, const MotionShape& shape, std::span<const Triangle> triangles) {
-    if (basis.across_mesh) return mesh_order(shape.points, triangles);
+PointOrder basis_order(const MotionBasis& basis, const MotionShape& shape, std::span<const Triangle> triangles, std::span<const std::uint32_t> mirror) {
+    if (basis.across_mesh) return mesh_order(shape.points, triangles, basis.mirrored ? mirror : std::span<const std::uint32_t>());
     if (!basis.parents.empty()) return parent_order(basis.parents);
     return plain_order(shape.points);
 }
@@ -104,6 +104,7 @@ BasisBytes write_motion_basis(const MotionBasis& basis, const MotionShape& shape
     if (basis.across_mesh) flags |= kAcrossMesh;
     if (!basis.parents.empty()) flags |= kHasParents;
     if (!start.weights.empty()) flags |= kHasWeights;
+    if (basis.mirrored) flags |= kMirrored;
     out.u8(flags);
     if (shape.pose) {
         out.f32(basis.translation_step);
@@ -132,10 +133,10 @@ BasisBytes write_motion_basis(const MotionBasis& basis, const MotionShape& shape
         VectorCoder vectors(shape, order, basis.level_steps);
         std::vector<std::int32_t> walk(std::size_t(shape.dimension()), 0);
         const auto code = [&](const std::vector<std::int32_t>& vector) {
-            vectors.code(coder, walk, [&](std::size_t i, std::int64_t prediction, std::int32_t step, const auto&, auto&) {
-                const std::int64_t difference = vector[i] - prediction;
-                assert(difference % step == 0);
-                return std::int32_t(difference / step);
+            vectors.code(coder, walk, [&](const VectorCoder::Value& v, const auto&, auto&) {
+                const std::int64_t difference = vector[v.index] - v.prediction;
+                assert(difference % v.step == 0);
+                return std::int32_t(difference / v.step);
             });
         };
         code(basis.mean);
@@ -153,7 +154,8 @@ Result<std::size_t> motion_basis_probabilities(ByteView bytes) {
     return std::size_t(size);
 }
 
-Result<MotionBasis> read_motion_basis(const MotionShape& shape, ByteView bytes, std::span<const Triangle> triangles) {
+Result<MotionBasis> read_motion_basis(const MotionShape& shape, ByteView bytes, std::span<const Triangle> triangles,
+                                      std::span<const std::uint32_t> mirror) {
     ByteReader in(bytes);
     MotionBasis basis;
     const std::uint8_t scheme = in.u8();
@@ -169,7 +171,7 @@ Result<MotionBasis> read_motion_basis(const MotionShape& shape, ByteView bytes, 
     if (k > MotionBasis::kMaxComponents || (k + 1) * shape.dimension() > MotionBasis::kMaxValues)
         return Error{ErrorCode::limit_exceeded, "motion basis: more components than its limits allow"};
     if (!sane(basis.step) || !sane(basis.mean_step)) return damaged("a step is not a positive number");
-    if (flags > (kAcrossMesh | kHasParents | kHasWeights) || (flags & 3) == 3) return damaged("unknown flags");
+    if (flags > (kAcrossMesh | kHasParents | kHasWeights | kMirrored) || (flags & 3) == 3 || (flags & (kAcrossMesh | kMirrored)) == kMirrored) return damaged("unknown flags");
     if (shape.pose) {
         basis.translation_step = in.f32();
         basis.rotation_step = in.f32();
@@ -211,6 +213,9 @@ Result<MotionBasis> read_motion_basis(const MotionShape& shape, ByteView bytes, 
         }
         if (triangles.empty())
             return Error{ErrorCode::missing, "this motion basis is predicted across the neutral mesh, whose triangles are not given"};
+        basis.mirrored = flags & kMirrored;
+        if (basis.mirrored && mirror.size() != shape.points)
+            return Error{ErrorCode::missing, "this motion basis is predicted from side to side, but the neutral mesh has no mirror"};
     }
     if (!in.ok()) return Error{ErrorCode::truncated, "the motion basis ends inside its head"};
 
@@ -244,10 +249,10 @@ Result<MotionBasis> read_motion_basis(const MotionShape& shape, ByteView bytes, 
     if (basis.scheme == MotionScheme::guenter98) {
         read_static_vectors(coder, basis, shape, std::uint32_t(k));
     } else {
-        const PointOrder order = basis_order(basis, shape, triangles);
+        const PointOrder order = basis_order(basis, shape, triangles, mirror);
         VectorCoder vectors(shape, order, basis.level_steps);
         std::vector<std::int32_t> walk(d, 0);
-        const auto ignore = [](std::size_t, std::int64_t, std::int32_t, const auto&, auto&) { return 0; };
+        const auto ignore = [](const VectorCoder::Value&, const auto&, auto&) { return 0; };
         vectors.code(coder, walk, ignore);
         basis.mean = walk;
         for (std::uint64_t j = 0; j < k && !coder.failed(); ++j) {
@@ -257,43 +262,6 @@ Result<MotionBasis> read_motion_basis(const MotionShape& shape, ByteView bytes, 
     }
     if (!coder.complete()) return damaged("its vectors do not end where they should");
     return basis;
-}
-
-struct VectorQuantiser::State {
-    State(const MotionShape& shape_, const PointOrder& order, const MotionBasis& basis)
-        : shape(shape_), vectors(shape, order, basis.level_steps), walk(std::size_t(shape_.dimension()), 0) {}
-    MotionShape shape;
-    VectorCoder vectors;
-    std::vector<std::int32_t> walk;
-    CostCoder coder;
-};
-
-VectorQuantiser::VectorQuantiser(const MotionShape& shape, const PointOrder& order, const MotionBasis& basis)
-    : state_(std::make_unique<State>(shape, order, basis)) {}
-VectorQuantiser::~VectorQuantiser() = default;
-double VectorQuantiser::bits() const { return state_->coder.bits(); }
-
-std::vector<std::int32_t> VectorQuantiser::quantise(std::span<const double> values, double lambda) {
-    state_->vectors.code(
-        state_->coder, state_->walk,
-        [&](std::size_t i, std::int64_t prediction, std::int32_t step, const IntegerModel::Contexts& contexts,
-            const IntegerModel& model) {
-            const double value = std::clamp(values[i], -double(1 << 27), double(1 << 27));
-            const double wanted = (value - double(prediction)) / step;
-            const std::int32_t nearest = std::int32_t(std::clamp(std::lround(wanted), -(1l << 26), 1l << 26));
-            if (nearest == 0 || lambda <= 0) return nearest;
-            // Nearest, or one or two steps towards zero when the bits saved are worth the error.
-            std::int32_t best = nearest;
-            double best_cost = 1e300;
-            for (int back = 0; back <= std::min(2, std::abs(nearest)); ++back) {
-                const std::int32_t r = nearest > 0 ? nearest - back : nearest + back;
-                const double error = (wanted - r) * step;
-                const double cost = error * error + lambda * model.cost(r, contexts);
-                if (cost < best_cost) best_cost = cost, best = r;
-            }
-            return best;
-        });
-    return state_->walk;
 }
 
 }  // namespace mien::coding

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -48,6 +47,9 @@ struct MotionBasis {
     static constexpr std::uint64_t kMaxValues = 1u << 26;   ///< components x dimension: 64 M, a 26 000-vertex head with 800
     static constexpr int kMaxOrder = 3;
 
+    /// Vectors count 32nds of a step; where points have no levels every residual counts whole ones.
+    static constexpr std::array<std::uint8_t, PointOrder::kLevels> kEvenSteps{32, 32, 32, 32, 32, 32, 32, 32};
+
     MotionScheme scheme = MotionScheme::transform;
     float step = 1;                                 ///< of coefficients, mm over all points (orthonormal vectors)
     float mean_step = 1;                            ///< mm or weight units per unit of `mean`
@@ -63,8 +65,9 @@ struct MotionBasis {
     std::uint8_t block = 32;                        ///< transform: longest block, frames
     std::vector<std::array<std::int16_t, kMaxOrder>> predictors;  ///< causal: per channel, in 1/256, nearest past first
     bool across_mesh = false;                       ///< components are predicted over the triangles of the neutral mesh
+    bool mirrored = false;                          ///< ... and from one side of the face to the other
     std::vector<std::uint32_t> parents;             ///< or over these earlier points; empty: not predicted
-    std::array<std::uint8_t, PointOrder::kLevels> level_steps{8, 8, 8, 8, 8, 8, 8, 8};  ///< residual step by level, eighths
+    std::array<std::uint8_t, PointOrder::kLevels> level_steps = kEvenSteps;  ///< residual step by level
     MotionStart start;
     /// guenter98: chances of every bin as logit levels, one row per channel, then one per basis vector.
     std::vector<std::array<std::int8_t, 24>> static_codes;
@@ -79,32 +82,19 @@ struct BasisBytes {
     std::size_t probabilities = 0;
 };
 
-/// The order in which `basis` codes its points. `triangles`: of the neutral mesh, used when across_mesh.
-PointOrder basis_order(const MotionBasis& basis, const MotionShape& shape, std::span<const Triangle> triangles);
+/// The order in which `basis` codes its points. `triangles` and `mirror`: of the neutral mesh, used when across_mesh and mirrored.
+PointOrder basis_order(const MotionBasis& basis, const MotionShape& shape, std::span<const Triangle> triangles,
+                       std::span<const std::uint32_t> mirror);
 
-/// Writes a basis. Its vectors must lie on the residual grid that quantise_vector() makes.
+/// Writes a basis. Its vectors must lie on the residual grid that VectorQuantiser makes.
 BasisBytes write_motion_basis(const MotionBasis& basis, const MotionShape& shape, const PointOrder& order);
 
-/// Reads a basis; refuses what cannot be, and one that is predicted across a mesh when `triangles` is empty.
-Result<MotionBasis> read_motion_basis(const MotionShape& shape, ByteView bytes, std::span<const Triangle> triangles);
+/// Reads a basis; refuses what cannot be, and one that is predicted across a mesh when `triangles` is empty, or from side to
+/// side when `mirror` (Mesh::mirror) is.
+Result<MotionBasis> read_motion_basis(const MotionShape& shape, ByteView bytes, std::span<const Triangle> triangles,
+                                      std::span<const std::uint32_t> mirror = {});
 
 /// How many bytes of a basis are probabilities, from its head alone.
 Result<std::size_t> motion_basis_probabilities(ByteView bytes);
-
-
-/// Quantises the vectors of a basis one after another, as the writer will code them, weighing bits against error.
-class VectorQuantiser {
-public:
-    VectorQuantiser(const MotionShape& shape, const PointOrder& order, const MotionBasis& basis);
-    ~VectorQuantiser();
-    /// values: d, in units of one eighth of the finest residual step. lambda: squared eighths per bit. Returns the quantised
-    /// vector (again in eighths) and adds its cost.
-    std::vector<std::int32_t> quantise(std::span<const double> values, double lambda);
-    double bits() const;
-
-private:
-    struct State;
-    std::unique_ptr<State> state_;
-};
 
 }  // namespace mien::coding

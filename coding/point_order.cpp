@@ -53,6 +53,7 @@ PointOrder plain_order(std::uint32_t points) {
     std::iota(out.order.begin(), out.order.end(), 0u);
     out.level.assign(points, 0);
     out.first.assign(points + 1, 0);
+    out.partner = out.order;
     return out;
 }
 
@@ -65,7 +66,7 @@ PointOrder parent_order(std::span<const std::uint32_t> parents) {
     return out;
 }
 
-PointOrder mesh_order(std::uint32_t points, std::span<const Triangle> triangles) {
+PointOrder mesh_order(std::uint32_t points, std::span<const Triangle> triangles, std::span<const std::uint32_t> mirror) {
     const Graph graph(points, triangles);
     PointOrder out;
     out.order.reserve(points);
@@ -94,10 +95,15 @@ PointOrder mesh_order(std::uint32_t points, std::span<const Triangle> triangles)
         for (std::uint32_t p : out.order) cover(p);
         for (std::uint32_t p = 0; p < points; ++p) {
             if (chosen[p] || reach[p]) continue;
-            chosen[p] = 1;
-            out.order.push_back(p);
-            out.level.push_back(std::uint8_t(level));
-            cover(p);
+            const auto choose = [&](std::uint32_t q) {
+                chosen[q] = 1;
+                out.order.push_back(q);
+                out.level.push_back(std::uint8_t(level));
+                cover(q);
+            };
+            choose(p);
+            // Its mirror comes next, so that what was new at one side can be expected at the other.
+            if (!mirror.empty() && !chosen[mirror[p]]) choose(mirror[p]);
         }
     }
 
@@ -109,6 +115,23 @@ PointOrder mesh_order(std::uint32_t points, std::span<const Triangle> triangles)
     for (std::uint32_t i = 0; i < points; ++i) {
         const int reach_limit = std::min(32, 2 << out.level[i]);
         const std::size_t begin = out.references.size();
+        out.partner.push_back(out.order[i]);
+        if (!mirror.empty() && mirror[out.order[i]] != out.order[i] && position[mirror[out.order[i]]] < i) {
+            const std::uint32_t other = mirror[out.order[i]];
+            out.partner.back() = other;
+            if (position[other] + 1 == i) {
+                // The same references seen in the mirror, so that what is left looks the same too.
+                const std::size_t from = out.first[i - 1];
+                bool known = true;
+                for (std::size_t r = from; r < begin; ++r) known &= position[mirror[out.references[r].point]] < i;
+                if (known) {
+                    for (std::size_t r = from; r < begin; ++r)
+                        out.references.push_back({mirror[out.references[r].point], out.references[r].weight});
+                    out.first.push_back(std::uint32_t(out.references.size()));
+                    continue;
+                }
+            }
+        }
         queue.assign(1, out.order[i]);
         seen[out.order[i]] = i;
         distance[out.order[i]] = 0;

@@ -20,6 +20,7 @@ struct PointOrder {
     std::vector<std::uint8_t> level;          ///< N, by position in `order`: kLevels - 1 the coarsest .. 0
     std::vector<std::uint32_t> first;         ///< N + 1, by position: its references are first[i] .. first[i + 1]
     std::vector<Reference> references;
+    std::vector<std::uint32_t> partner;       ///< N, by position: the point that mirrors it when that is coded before, else itself
 
     std::span<const Reference> of(std::size_t position) const {
         return {references.data() + first[position], references.data() + first[position + 1]};
@@ -32,7 +33,7 @@ PointOrder plain_order(std::uint32_t points);
 /// Coarse to fine over a mesh: level l holds points at least 2^l edges apart, found greedily in index order; a point is
 /// predicted from the nearest points coded before it, by distance in edges. Integers and connectivity only, so both
 /// sides agree. Triangles that name points >= `points` are left out.
-PointOrder mesh_order(std::uint32_t points, std::span<const Triangle> triangles);
+PointOrder mesh_order(std::uint32_t points, std::span<const Triangle> triangles, std::span<const std::uint32_t> mirror = {});
 
 /// Each point i > 0 is predicted from the listed earlier points (parents[i] < i; i itself: none).
 PointOrder parent_order(std::span<const std::uint32_t> parents);

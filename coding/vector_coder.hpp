@@ -11,25 +11,37 @@
 
 namespace mien::coding {
 
-/// Codes basis vectors one after another: coarse points first, every value as its difference from the weighted mean of the
-/// points it refers to. Writer, reader and the encoder's quantiser all run this one walk.
+/// Codes vectors over points (a neutral shape, the vectors of a basis) one after another: coarse points first, every value as
+/// its difference from the weighted mean of the points it refers to and from what the other side of the face has shown. Writer, reader and the encoder's quantiser all run this one walk.
 class VectorCoder {
 public:
     VectorCoder(const MotionShape& shape, const PointOrder& order,
                 const std::array<std::uint8_t, PointOrder::kLevels>& level_steps)
-        : shape_(shape), order_(order), steps_(level_steps), model_(kContexts, kMixers, 3, 250),
-          history_(std::size_t(shape.dimension()), 0), residual_(std::size_t(shape.dimension()), 0) {}
+        : shape_(&shape), order_(&order), steps_(level_steps), model_(kContexts, kMixers, 3, 250),
+          history_(std::size_t(shape.dimension()), 0), residual_(std::size_t(shape.dimension()), 0),
+          surprise_(std::size_t(shape.dimension()), 0) {}
 
-    /// decide(dimension index, prediction, step, contexts, model) -> residual; called for every value, must return what is
+    /// What is known of a value before it is coded.
+    struct Value {
+        std::size_t index;         ///< in the vector
+        std::size_t position;      ///< of its point in the order
+        std::int64_t base;         ///< weighted mean of the references
+        std::int64_t prediction;   ///< with what the other side of the face says
+        std::int32_t step;
+        double handed_on;          ///< share of its surprise that the next value expects, as its mirror; for weighing errors
+    };
+    /// decide(value, contexts, model) -> residual; called for every value, must return what is
     /// coded. For a decoder its result is ignored. Stops early when the coder failed.
     template <class Coder, class Decide>
     void code(Coder& coder, std::vector<std::int32_t>& vector, Decide&& decide) {
-        const int coordinates = int(shape_.coordinates);
-        for (std::size_t at = 0; at < order_.order.size(); ++at) {
-            const std::size_t point = order_.order[at];
-            const int level = order_.level[at];
+        const int coordinates = int(shape_->coordinates);
+        for (std::size_t at = 0; at < order_->order.size(); ++at) {
+            const std::size_t point = order_->order[at];
+            const int level = order_->level[at];
             const std::int32_t step = steps_[std::size_t(level)];
-            const auto references = order_.of(at);
+            const auto references = order_->of(at);
+            const std::size_t partner = order_->partner[at];
+            const bool followed = at + 1 < order_->order.size() && order_->partner[at + 1] == point && order_->order[at + 1] != point;
             std::array<std::uint32_t, 3> here{};
             for (int c = 0; c < coordinates; ++c) {
                 const std::size_t i = point * std::size_t(coordinates) + std::size_t(c);
@@ -43,16 +55,25 @@ public:
                     around += std::abs(std::int64_t(residual_[j])) * reference.weight;
                     weight += reference.weight;
                 }
-                std::int64_t prediction = 0, size = 0;
+                std::int64_t base = 0, size = 0;
                 if (weight) {
-                    prediction = rounded(sum, weight);
+                    base = rounded(sum, weight);
                     size = around * 4 / weight;
+                }
+                // What was new at the other side is expected here too, as far as this vector has been symmetric so far.
+                std::int64_t seen = 0, prediction = base;
+                Gain& gain = gain_[std::size_t(c)];
+                if (partner != point) {
+                    seen = surprise_[partner * std::size_t(coordinates) + std::size_t(c)];
+                    if (c == 0 && coordinates == 3) seen = -seen;
+                    prediction += seen * gain.value() >> 16;
                 }
                 const IntegerModel::Contexts contexts =
                     contexts_of(c, level, here, std::uint32_t(std::min<std::int64_t>(size, 1 << 20)),
-                                std::uint32_t(std::min<std::int64_t>((high - low) / 4, 1 << 20)), history_[i],
+                                std::uint32_t(std::min<std::int64_t>((high - low) * 2 / steps_[0], 1 << 20)), history_[i],
                                 references.empty(), prediction);
-                std::int32_t residual = decide(i, prediction, step, contexts, model_);
+                const double handed_on = followed ? double(gain.value()) / Gain::kMost : 0.0;
+                std::int32_t residual = decide(Value{i, at, base, prediction, step, handed_on}, contexts, model_);
                 model_.code(coder, residual, contexts);
                 const std::int64_t value = prediction + std::int64_t(residual) * step;
                 if (Coder::kDecodes && (value > kMaxValue || value < -kMaxValue)) {
@@ -61,6 +82,8 @@ public:
                 }
                 vector[i] = std::int32_t(value);
                 residual_[i] = residual;
+                surprise_[i] = value - base;
+                if (partner != point) gain.learn(seen, surprise_[i]);
                 here[std::size_t(c)] = std::uint32_t(std::abs(std::int64_t(residual)));
                 const std::uint32_t grown = std::min(here[std::size_t(c)], 60u) * 16;
                 history_[i] = std::uint16_t((history_[i] * 7u + grown * 3u + 4) / 8);
@@ -68,11 +91,27 @@ public:
             if (Coder::kDecodes && (at & 255) == 0 && coder.failed()) return;
         }
         ++vector_;
+        for (Gain& gain : gain_) gain = {};
     }
 
     static constexpr std::int64_t kMaxValue = 1 << 28;
 
 private:
+    /// By how much surprises at one side have been those at the other, in this vector: least squares, in 1/65536 within +-1.
+    struct Gain {
+        static constexpr std::int64_t kMost = 1 << 16;
+        std::int64_t product = 0, square = 4096;
+
+        std::int64_t value() const { return std::clamp<std::int64_t>(product * kMost / square, -kMost, kMost); }
+        void learn(std::int64_t seen, std::int64_t found) {
+            seen = std::clamp(seen, -kMost, kMost);
+            found = std::clamp(found, -kMost, kMost);
+            product += seen * found;
+            square += seen * seen;
+            if (square > std::int64_t(1) << 42 || std::abs(product) > std::int64_t(1) << 42) product /= 2, square = std::max<std::int64_t>(square / 2, 1);
+        }
+    };
+
     static constexpr int kMixers = PointOrder::kLevels;
     static constexpr std::array<int, 6> kContexts{8 * 48, 10 * 10 * 2, 5 * 5 * 5 * 3, 12 * 8 * 3, 10 * 12, 32 * 4};
 
@@ -93,7 +132,7 @@ private:
         contexts.input[4] = wide * 12 + past;
         contexts.input[5] = fine_level(mixed) * 4 + std::min(level, 3);
         contexts.mixer = level;
-        contexts.sign = prediction > 2 ? 2 : prediction < -2 ? 0 : 1;
+        contexts.sign = prediction > steps_[0] / 4 ? 2 : prediction < -steps_[0] / 4 ? 0 : 1;
         return contexts;
     }
     // sum / weight to the nearest integer, halves up, for any sign of sum.
@@ -108,12 +147,14 @@ private:
         return std::min(31, 2 * top + int(m >> (top - 1) & 1));
     }
 
-    const MotionShape& shape_;
-    const PointOrder& order_;
+    const MotionShape* shape_;   // pointers, so that an encoder can copy a coder and try one way
+    const PointOrder* order_;
     std::array<std::uint8_t, PointOrder::kLevels> steps_;
     IntegerModel model_;
     std::vector<std::uint16_t> history_;   ///< how large this value's residuals were in the vectors before
     std::vector<std::int32_t> residual_;
+    std::vector<std::int64_t> surprise_;   ///< value less weighted mean of the references
+    std::array<Gain, 3> gain_{};
     int vector_ = 0;
 };
 

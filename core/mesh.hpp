@@ -29,6 +29,9 @@ struct Mesh {
     std::vector<Triangle> triangles;            ///< T
     std::vector<Vec2> texcoords;                ///< VT, may be empty
     std::vector<Triangle> texcoord_triangles;   ///< T, or empty when texcoords is
+    /// V, or empty: the vertex that mirrors each from left to right (an involution; itself where there is none), as far as
+    /// the mesh is built symmetrically. The shape itself need not be symmetric.
+    std::vector<std::uint32_t> mirror;
     std::vector<MeshPart> parts;                ///< disjoint and in order, covering all triangles; empty: all skin
 
     std::uint32_t vertex_count() const { return static_cast<std::uint32_t>(positions.rows()); }

@@ -45,11 +45,11 @@ struct MotionDecoder::State {
 };
 
 Result<MotionDecoder> MotionDecoder::create(const protocol::MotionInfo& info, ByteView basis,
-                                            std::span<const Triangle> triangles) {
+                                            std::span<const Triangle> triangles, std::span<const std::uint32_t> mirror) {
     if (info.count == 0 || info.count > most_points(info.kind))
         return Error{ErrorCode::limit_exceeded, "a motion track of " + std::to_string(info.count) + " points"};
     const coding::MotionShape shape = shape_of(info);
-    MIEN_TRY(stored, coding::read_motion_basis(shape, basis, triangles));
+    MIEN_TRY(stored, coding::read_motion_basis(shape, basis, triangles, mirror));
     return MotionDecoder(std::make_unique<State>(std::move(stored), shape));
 }
 

@@ -15,9 +15,10 @@ namespace mien::decoder {
 class MotionDecoder {
 public:
     /// `basis`: the unpacked motion_basis blob. Refuses one that does not fit `info`. `triangles`: of the model's neutral
-    /// mesh, when it has one: bases of vertex motion are predicted across it (ErrorCode::missing without).
+    /// mesh, when it has one: bases of vertex motion are predicted across it (ErrorCode::missing without), and from side to side
+    /// with its `mirror`.
     static Result<MotionDecoder> create(const protocol::MotionInfo& info, ByteView basis,
-                                        std::span<const Triangle> triangles = {});
+                                        std::span<const Triangle> triangles = {}, std::span<const std::uint32_t> mirror = {});
     MotionDecoder(MotionDecoder&&) noexcept;
     MotionDecoder& operator=(MotionDecoder&&) noexcept;
     ~MotionDecoder();

@@ -10,6 +10,7 @@
 #include "encoder/blend_coefficients.hpp"
 #include "encoder/lip_contact.hpp"
 #include "encoder/marker_triangulation.hpp"
+#include "encoder/mesh_mirror.hpp"
 #include "encoder/reference_points.hpp"
 #include "media/picture.hpp"
 #include "protocol/messages.hpp"
@@ -20,6 +21,8 @@ namespace {
 using protocol::BlobKind;
 using protocol::LayerKind;
 using protocol::MotionKind;
+
+constexpr double kSlope = 0.12;  // squared steps per bit, as everywhere in the motion codec
 
 class Packer {
 public:
@@ -74,11 +77,19 @@ private:
     }
 
     Result<void> add_shape() {
-        const Mesh& mesh = *clip_.neutral;
+        Mesh mesh = *clip_.neutral;
         MIEN_CHECK(check_extent(mesh.positions));
+        // Vertex motion carries what its neutral leaves, so there the shape's error is one of many and weighed like them.
+        const double slope = options_.kind == MotionKind::vertices ? kSlope : 0;
+        Bytes shape = coding::encode_shape(mesh, options_.step, slope);
+        mesh.mirror = find_mirror(mesh);
+        if (!mesh.mirror.empty()) {
+            Bytes mirrored = coding::encode_shape(mesh, options_.step, slope);
+            if (mirrored.size() < shape.size()) shape = std::move(mirrored);
+        }
         std::vector<Hash> blobs = {
             blob(BlobKind::connectivity, coding::encode_connectivity(mesh.vertex_count(), mesh.triangles)),
-            blob(BlobKind::shape, coding::encode_shape(mesh, options_.step)),
+            blob(BlobKind::shape, std::move(shape)),
         };
         if (mesh.has_texcoords()) blobs.push_back(blob(BlobKind::texcoords, coding::encode_texcoords(mesh)));
         MIEN_TRY(stored, stored_mesh(blobs));

@@ -168,7 +168,7 @@ Result<EncodedMotion> encode_motion(const Clip& clip, const MotionOptions& optio
 
     task.shape.gaze = kind != MotionKind::vertices && std::int64_t(clip.gaze.size()) == task.plan.frames;
     task.shape.presence = kind == MotionKind::markers && has_missing_markers(clip);
-    if (kind == MotionKind::vertices && clip.neutral) task.triangles = clip.neutral->triangles;
+    if (kind == MotionKind::vertices && clip.neutral) task.triangles = clip.neutral->triangles, task.mirror = options.mirror;
 
     report("head pose");
     Points around = reference;

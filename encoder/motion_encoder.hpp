@@ -27,6 +27,7 @@ struct MotionOptions {
     /// What offsets count from, as the decoder will have it (positions may be quantised in the model); none:
     /// reference_points(clip, kind). N x 3 mm; ignored for weights.
     std::optional<Points> reference;
+    std::vector<std::uint32_t> mirror;   ///< Mesh::mirror of the neutral mesh as the decoder will have it, for vertices; or empty
 };
 
 struct EncodedMotion {

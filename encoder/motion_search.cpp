@@ -7,6 +7,7 @@
 #include "coding/motion_frames.hpp"
 #include "coding/motion_values.hpp"
 #include "coding/static_code.hpp"
+#include "coding/vector_quantiser.hpp"
 
 namespace mien::encoder {
 namespace {
@@ -15,7 +16,8 @@ using coding::MotionBasis;
 using coding::MotionScheme;
 using coding::PointOrder;
 
-constexpr std::array<std::uint8_t, PointOrder::kLevels> kLevelSteps{8, 7, 6, 5, 4, 4, 4, 4};
+constexpr std::array<std::uint8_t, PointOrder::kLevels> kLevelSteps{32, 22, 14, 10, 7, 6, 6, 6};
+constexpr int kRounds = 3;  // of the vectors' quantiser
 
 // Earlier point whose row of scaled basis vectors is nearest, or the point itself when none is nearer than zero.
 std::vector<std::uint32_t> nearest_parents(const MotionComponents& c, std::uint32_t points, std::uint32_t coordinates) {
@@ -43,7 +45,7 @@ MotionSearch::MotionSearch(const MotionTask& task)
     if (task.scheme == MotionScheme::guenter98) {
         order_ = coding::plain_order(task.shape.points);
     } else if (!task.triangles.empty()) {
-        order_ = coding::mesh_order(task.shape.points, task.triangles);
+        order_ = coding::mesh_order(task.shape.points, task.triangles, task.mirror);
     } else if (most_components_ > 0 && task.shape.points > 1 && task.shape.points <= 20000) {
         parents_ = nearest_parents(task.components, task.shape.points, task.shape.coordinates);
         order_ = coding::parent_order(parents_);
@@ -56,24 +58,25 @@ void MotionSearch::quantise_basis(MotionTrial& trial, double step, double lambda
     MotionBasis& basis = trial.basis;
     const MotionComponents& c = task_.components;
     const double frames = double(task_.plan.frames);
-    const double unit = precision_ * step / std::sqrt(frames) / 8;   // mm per eighth
+    const double unit = precision_ * step / std::sqrt(frames) / kLevelSteps[0];   // mm
     basis.mean_step = float(unit);
     basis.across_mesh = !task_.triangles.empty();
     basis.parents = parents_;
-    basis.level_steps = basis.across_mesh ? kLevelSteps : std::array<std::uint8_t, PointOrder::kLevels>{8, 8, 8, 8, 8, 8, 8, 8};
-    // A squared eighth costs frames * unit^2 of squared error over the clip.
+    basis.mirrored = !task_.mirror.empty();
+    basis.level_steps = basis.across_mesh ? kLevelSteps : MotionBasis::kEvenSteps;
+    // A squared unit costs frames * unit^2 of squared error over the clip.
     const double per_bit = lambda / (frames * unit * unit);
-    coding::VectorQuantiser quantiser(task_.shape, order_, basis);
+    coding::VectorQuantiser quantiser(task_.shape, order_, basis.level_steps);
     std::vector<double> values(std::size_t(task_.shape.dimension()));
     for (Eigen::Index i = 0; i < Eigen::Index(values.size()); ++i) values[std::size_t(i)] = c.mean[i] / double(basis.mean_step);
-    basis.mean = quantiser.quantise(values, per_bit);
+    basis.mean = quantiser.quantise(values, per_bit, kRounds);
     vector_bits.assign(1, quantiser.bits());
     // More than twice what paid at a step not much larger will not pay now.
     const Eigen::Index most = kept_at_ > 0 && step > 0.6 * kept_at_ ? std::min(most_components_, 2 * kept_ + 8) : most_components_;
     for (Eigen::Index j = 0; j < most; ++j) {
         const double size = std::sqrt(c.coefficients.row(j).squaredNorm() / frames) / unit;
         for (Eigen::Index i = 0; i < Eigen::Index(values.size()); ++i) values[std::size_t(i)] = c.vectors(i, j) * size;
-        std::vector<std::int32_t> vector = quantiser.quantise(values, per_bit);
+        std::vector<std::int32_t> vector = quantiser.quantise(values, per_bit, kRounds);
         if (coding::length_of(vector) == 0) break;
         basis.components.push_back(std::move(vector));
         vector_bits.push_back(quantiser.bits());

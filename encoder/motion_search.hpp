@@ -20,6 +20,7 @@ struct MotionTask {
     Eigen::MatrixXd side_targets;           ///< side channels x F, in steps
     SettledNumbers side_numbers;            ///< as they are coded, whatever the step
     std::span<const Triangle> triangles;    ///< of the neutral mesh, for vertex motion; empty: none
+    std::span<const std::uint32_t> mirror;  ///< Mesh::mirror of that mesh, or empty
 };
 
 /// One way to code the whole clip.

@@ -86,7 +86,10 @@ Result<EncodedStream> encode_stream(const Clip& clip, const StreamOptions& optio
     MotionOptions motion_options = options.motion;
     motion_options.group_frames = per_group;
     switch (options.motion.kind) {
-        case MotionKind::vertices: motion_options.reference = model.model.neutral.positions; break;
+        case MotionKind::vertices:
+            motion_options.reference = model.model.neutral.positions;
+            motion_options.mirror = model.model.neutral.mirror;
+            break;
         case MotionKind::markers:
             if (const auto* blend = std::get_if<model::BlendBase>(&model.model.base)) motion_options.reference = blend->markers;
             else motion_options.reference = std::get<model::PointBase>(model.model.base).markers;

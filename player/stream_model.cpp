@@ -42,7 +42,7 @@ Result<StreamModel> open_stream_model(const net::StreamSource& source, bool with
     const protocol::Rung& motion_rung = base_rung(*motion_track);
     const Bytes* basis = motion_rung.basis ? source.blob(*motion_rung.basis) : nullptr;
     if (!basis) return Error{ErrorCode::missing, "the stream brings no motion basis"};
-    MIEN_TRY(motion, decoder::MotionDecoder::create(info, *basis, face.neutral.triangles));
+    MIEN_TRY(motion, decoder::MotionDecoder::create(info, *basis, face.neutral.triangles, face.neutral.mirror));
 
     StreamModel stream{std::move(face), {}, std::move(motion), {}, {}, motion_rung.slot};
     stream.composed = model::compose(stream.model, stream.motion.basis());

@@ -210,7 +210,7 @@ Result<decoder::MotionDecoder> StoredStream::motion_decoder(const model::FaceMod
     const auto& basis = track->rungs.front().basis;
     const Bytes* bytes = basis ? blob(*basis) : nullptr;
     if (!bytes) return Error{ErrorCode::missing, "the stream lacks its motion basis"};
-    return decoder::MotionDecoder::create(info, *bytes, model.neutral.triangles);
+    return decoder::MotionDecoder::create(info, *bytes, model.neutral.triangles, model.neutral.mirror);
 }
 
 Result<void> StoredStream::visit_groups(const protocol::Track& track,

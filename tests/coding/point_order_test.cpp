@@ -51,6 +51,27 @@ TEST(PointOrder, TakesLoosePointsHubsAndNonsenseTriangles) {
     expect_valid(mesh_order(5, nonsense), 5);
 }
 
+TEST(PointOrder, PartnersFollowEachOtherAndLookAtMirroredReferences) {
+    constexpr std::uint32_t kSide = 20;
+    std::vector<std::uint32_t> mirror(kSide * kSide);
+    for (std::uint32_t v = 0; v < mirror.size(); ++v) mirror[v] = v / kSide * kSide + kSide - 1 - v % kSide;
+    const PointOrder order = mesh_order(kSide * kSide, grid(kSide), mirror);
+    expect_valid(order, kSide * kSide);
+    ASSERT_EQ(order.partner.size(), order.order.size());
+    std::size_t mirrored = 0;
+    for (std::size_t i = 0; i < order.order.size(); i += 2) {
+        EXPECT_EQ(order.partner[i], order.order[i]) << "the first of a pair has none yet";
+        ASSERT_EQ(order.order[i + 1], mirror[order.order[i]]);
+        ASSERT_EQ(order.partner[i + 1], order.order[i]);
+        bool same = order.of(i).size() == order.of(i + 1).size();
+        for (std::size_t r = 0; same && r < order.of(i).size(); ++r) same = order.of(i + 1)[r].point == mirror[order.of(i)[r].point];
+        mirrored += same;
+    }
+    EXPECT_EQ(mirrored, order.order.size() / 2);
+    const PointOrder plain = mesh_order(kSide * kSide, grid(kSide));
+    EXPECT_EQ(plain.partner, plain.order);
+}
+
 TEST(PointOrder, ParentsAreTakenAsGiven) {
     const std::vector<std::uint32_t> parents{0, 0, 2, 1};
     const PointOrder order = parent_order(parents);

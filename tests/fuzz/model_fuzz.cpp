@@ -38,7 +38,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
             break;
         }
         case 1:
-            if (coding::decode_shape(blob, V, mesh).ok()) check(mesh.positions.allFinite() && mesh.triangle_surfaces().size() == V - 2);
+            if (coding::decode_shape(blob, V, mesh).ok()) {
+                check(mesh.positions.allFinite() && mesh.triangle_surfaces().size() == V - 2);
+                for (std::uint32_t v = 0; v < mesh.mirror.size(); ++v) check(mesh.mirror.size() == V && mesh.mirror[mesh.mirror[v]] == v);
+            }
             break;
         case 2:
             mesh.positions = Points::Zero(V, 3);

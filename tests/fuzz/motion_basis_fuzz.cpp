@@ -14,8 +14,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
     info.has_gaze = bytes[0] & 32;
     info.has_presence = bytes[0] & 64;
     const std::vector<Triangle> triangles{{0, 1, 2}, {2, 1, 3}, {3, 4, 5}};
+    std::vector<std::uint32_t> mirror(info.count);
+    for (std::uint32_t v = 0; v < info.count; ++v) mirror[v] = (v ^ 1) < info.count ? v ^ 1 : v;
     const ByteView basis(reinterpret_cast<const std::byte*>(bytes + 2), size - 2);
-    const auto decoder = decoder::MotionDecoder::create(info, basis, triangles);
+    const auto decoder = decoder::MotionDecoder::create(info, basis, triangles, mirror);
     if (decoder.ok() && !decoder->basis().components.allFinite()) std::abort();
     return 0;
 }

@@ -97,6 +97,47 @@ TEST(MeshCode, TakesFansRepeatedAndDegenerateTriangles) {
     expect_round_trip(mesh);
 }
 
+TEST(MeshCode, KeepsTheMirrorAndSavesByIt) {
+    Mesh mesh = sheet(24);
+    std::mt19937 random(8);
+    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+        const std::uint32_t other = v / 24 * 24 + 23 - v % 24;
+        mesh.mirror.push_back(other);
+        if (other > v) mesh.positions.row(v) << float(v % 24) * 5 - 57.5f, float(v / 24) * 5, float(random() % 1000) / 300;
+        else mesh.positions.row(v) = mesh.positions.row(other).cwiseProduct(Eigen::RowVector3f(-1, 1, 1));
+    }
+    expect_round_trip(mesh);
+    const Bytes mirrored = encode_shape(mesh, kStep);
+    Mesh back;
+    back.triangles = mesh.triangles;
+    ASSERT_TRUE(decode_shape(mirrored, mesh.vertex_count(), back).ok());
+    EXPECT_EQ(back.mirror, mesh.mirror);
+    Mesh plain = mesh;
+    plain.mirror.clear();
+    EXPECT_LT(double(mirrored.size()), 0.65 * double(encode_shape(plain, kStep).size()));
+    ASSERT_TRUE(decode_shape(encode_shape(plain, kStep), mesh.vertex_count(), back).ok());
+    EXPECT_TRUE(back.mirror.empty());
+}
+
+TEST(MeshCode, WeighsErrorsOfAShapeAgainstBits) {
+    Mesh mesh = sheet(40);
+    std::mt19937 random(2);
+    for (float& x : mesh.positions.reshaped()) x += 0.5f * float(random()) / 4294967296.0f;
+    const Bytes weighed = encode_shape(mesh, kStep * 4, 0.12), exact = encode_shape(mesh, kStep * 4);
+    Mesh back;
+    back.triangles = mesh.triangles;
+    ASSERT_TRUE(decode_shape(weighed, mesh.vertex_count(), back).ok());
+    EXPECT_LT(weighed.size(), exact.size());
+    EXPECT_LT(std::sqrt((back.positions - mesh.positions).squaredNorm() / float(mesh.positions.size())), 0.4f * 4 * kStep);
+    for_all_damage(weighed, [&](ByteView bytes, bool cut) {
+        Mesh damaged;
+        damaged.triangles = mesh.triangles;
+        const auto done = decode_shape(bytes, mesh.vertex_count(), damaged);
+        EXPECT_FALSE(cut && done.ok()) << bytes.size();
+        if (done.ok()) EXPECT_TRUE(damaged.positions.allFinite());
+    }, 40);
+}
+
 TEST(MeshCode, SpendsLittleOnOrderlyMeshes) {
     const Mesh mesh = sheet(64);
     EXPECT_LT(8.0 * double(encode_connectivity(mesh.vertex_count(), mesh.triangles).size()) / double(mesh.triangles.size()), 0.75) << "bits per triangle";
