@@ -108,8 +108,8 @@ std::vector<Vector> make_vectors() {
     const Bytes good = file_of(tiny);
     const std::size_t all = objects_of(tiny);
     const std::size_t first = offset_of(good, MessageType::group), index = offset_of(good, MessageType::index);
-    Bytes newer = good;
-    newer[parse_head(good)->size + 4] = std::byte{2};
+    Bytes older = good;
+    older[parse_head(good)->size + 4] = std::byte{1};
     Bytes foreign = good;
     foreign[parse_head(good)->size] = std::byte{'l'};
     // Group 1 of slot 1 is the fifth; cut inside its second object.
@@ -130,7 +130,7 @@ std::vector<Vector> make_vectors() {
         {.file = "bad_catalogue.mien", .bytes = flip(good, offset_of(good, MessageType::catalogue) + 20), .shows = "a damaged catalogue", .refused = ErrorCode::damaged},
         {.file = "bad_manifest.mien", .bytes = flip(good, offset_of(good, MessageType::blob, 1) - 1), .shows = "a damaged model manifest", .refused = ErrorCode::damaged},
         {.file = "cut_blob.mien", .bytes = cut(good, first - 1), .shows = "ends inside the last static blob", .refused = ErrorCode::truncated},
-        {.file = "version_2.mien", .bytes = newer, .shows = "another version", .refused = ErrorCode::unsupported_version},
+        {.file = "version_1.mien", .bytes = older, .shows = "another version", .refused = ErrorCode::unsupported_version},
         {.file = "foreign.mien", .bytes = foreign, .shows = "not ours", .refused = ErrorCode::bad_magic},
         {.file = "conversation.wire", .bytes = make_conversation(), .shows = "one message of each kind that crosses the wire", .refused = ErrorCode::bad_magic},
     };
