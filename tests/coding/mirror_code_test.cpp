@@ -31,19 +31,6 @@ Bytes write(const std::vector<std::vector<std::uint32_t>>& neighbours, std::vect
     return coder.finish();
 }
 
-TEST(MirrorCode, ComesBackAndCostsLittleOnAMeshBuiltSymmetrically) {
-    const std::uint32_t side = 60;
-    const auto neighbours = vertex_neighbours(side * side, grid(side));
-    const auto mirror = mirror_of_grid(side);
-    const Bytes bytes = write(neighbours, mirror);
-    EXPECT_LT(8.0 * double(bytes.size()), 0.2 * double(mirror.size()));
-    std::vector<std::uint32_t> back;
-    RangeDecoder coder(bytes);
-    code_mirror(coder, neighbours, back);
-    EXPECT_TRUE(coder.complete());
-    EXPECT_EQ(back, mirror);
-}
-
 TEST(MirrorCode, KeepsAnyInvolution) {
     std::mt19937 random(3);
     for (int round = 0; round < 20; ++round) {

@@ -178,7 +178,7 @@ TEST(Lips, NeverCrossWhenMarkersMoveTheProceduralHeadThroughSpeech) {
 }
 
 TEST(Lips, NeverCrossWhenMarkersMoveTheIctHeadThroughARealTake) {
-    const auto data = samples::recordings();
+    const auto data = tests::recordings();
     if (data.empty()) GTEST_SKIP() << "skipped: no recordings";
     const auto actor = samples::make_ict_actor(data / "ict_facekit");
     const auto take = samples::perform_take(data / "livelinkface/neurosync_testset.csv");

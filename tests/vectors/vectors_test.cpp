@@ -35,9 +35,10 @@ void write_when_asked() {
 TEST(Vectors, AreMadeAgainByteForByte) {
     write_when_asked();
     for (const Vector& vector : make_vectors()) {
-        if (vector.made_again)
+        if (vector.made_again) {
             EXPECT_TRUE(read_file(folder() / vector.file) == vector.bytes)
                 << vector.file << " differs from what this build writes: has the format changed?";
+        }
         EXPECT_LT(vector.bytes.size(), 8000u);
     }
 }
