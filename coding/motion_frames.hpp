@@ -193,12 +193,26 @@ public:
         last_split_ = learnt.last_split;
     }
 
-private:
+    /// A channel's past inside the group.
     struct Past {
         std::array<std::int64_t, MotionBasis::kMaxOrder> sample{};
         std::array<std::uint32_t, 2> residual{};
         std::int32_t sign = 0;
     };
+    /// What code_frame() changes.
+    struct FrameState {
+        IntegerModel model;
+        std::vector<Past> past;
+        std::uint32_t age;
+    };
+    FrameState frame_state() const { return {model_, past_, age_}; }
+    void restore(const FrameState& state) {
+        model_ = state.model;
+        past_ = state.past;
+        age_ = state.age;
+    }
+
+private:
     static std::int32_t* row(std::vector<std::int32_t>& grid, int channel, std::uint32_t frames) {
         return grid.data() + std::size_t(channel) * frames;
     }

@@ -90,7 +90,8 @@ Result<MotionAnswer> meet(const MotionGoal& goal, const Clip& clip, const Motion
     double step = goal.guess() * std::sqrt(12.0 * double(task.shape.points) / components);
     std::optional<MotionAnswer> best;
     double best_figure = 0, low = 0, high = 0, low_figure = 0, high_figure = 0;
-    constexpr int kTrials = 24;
+    constexpr int kTrials = 24, kLooseTrials = 6;
+    bool settled = false;
     for (int trial_number = 0; trial_number < kTrials; ++trial_number) {
         if (progress) progress("motion", trial_number, kTrials);
         MotionTrial trial = search.run(step);
@@ -106,6 +107,14 @@ Result<MotionAnswer> meet(const MotionGoal& goal, const Clip& clip, const Motion
         if (too_fine) low = step, low_figure = got;
         else high = step, high_figure = got;
         if (best && best_figure > 0.996 * goal.value) break;
+        if (!settled && (std::abs(std::log(std::max(1e-9, got) / goal.value)) < 0.06 || trial_number + 1 == kLooseTrials)) {
+            // How many components pay changes by leaps: near the goal their number stays and the search begins anew.
+            search.settle();
+            settled = true;
+            low = high = 0;
+            (too_fine ? low : high) = step;
+            (too_fine ? low_figure : high_figure) = got;
+        }
         const double ratio = std::max(1e-6, got) / goal.value;
         if (low > 0 && high > 0) {
             if (high / low < 1.0005) break;

@@ -132,6 +132,27 @@ struct GroupTask {
         store_object(group, first, n, coder);
     }
 
+    // A packet ends on a whole byte: of a few decision slopes the one whose packet costs least, as it will be stored.
+    double best_lambda(MotionFrames& frames, const Metered& begun, std::int64_t at) const {
+        const MotionFrames::FrameState before = frames.frame_state();
+        double best = 1e300, chosen = options.lambda;
+        for (const double scale : {1.0, 0.7, 1.4, 0.5, 2.0}) {
+            Metered coder = begun;
+            double error = 0;
+            frames.code_frame(coder, [&](int c, std::int64_t prediction, const IntegerModel::Contexts& contexts, const IntegerModel& model) {
+                const double wanted = targets(c, at) - double(prediction) / MotionBasis::kFraction;
+                const std::int32_t v = settled(c) ? options.settled->numbers[std::size_t(c)][std::size_t(at)]
+                                                  : decide(wanted, options.lambda * scale, [&](std::int32_t q) { return model.cost(q, contexts); });
+                error += (wanted - v) * (wanted - v);
+                return v;
+            });
+            frames.restore(before);
+            const double total = error + options.lambda * 8 * double(coder.finish().size());
+            if (total < best) best = total, chosen = options.lambda * scale;
+        }
+        return chosen;
+    }
+
     void frame_group(std::int64_t group, MotionFrames& frames, std::vector<double>& bits) const {
         const std::int64_t first = plan.first(group);
         const std::uint32_t n = std::uint32_t(plan.length(group));
@@ -141,10 +162,12 @@ struct GroupTask {
         if (!single) frames.begin_object(n);
         for (std::uint32_t f = 0; f < n; ++f) {
             const std::int64_t at = first + f;
+            double lambda = options.lambda;
             if (single) {
                 coder = Metered();
                 write_presence(coder, frames, at, 1, bits);
                 frames.begin_object(1);
+                if (options.whole_bytes) lambda = best_lambda(frames, coder, at);
             }
             int last = -1;
             const auto account = [&](int c) {
@@ -162,7 +185,7 @@ struct GroupTask {
                 frames.code_frame(coder, [&](int c, std::int64_t prediction, const IntegerModel::Contexts& contexts,
                                              const IntegerModel& model) {
                     account(c);
-                    return keep(c, decide(wanted(c, prediction), options.lambda,
+                    return keep(c, decide(wanted(c, prediction), lambda,
                                           [&](std::int32_t v) { return model.cost(v, contexts); }));
                 });
             else

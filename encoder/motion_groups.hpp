@@ -42,6 +42,7 @@ struct CodedGroups {
 struct GroupOptions {
     double lambda = 0.12;                            ///< squared steps per bit
     bool choose_splits = true;                       ///< transform: try block sizes; else take them from `settled`
+    bool whole_bytes = false;                        ///< causal: weigh packets by the bytes they end up with, not by ideal bits
     bool train = false;                              ///< fill `seen` and `weights`
     /// Channels below `settled_channels` are coded as `settled` has them.
     const SettledNumbers* settled = nullptr;

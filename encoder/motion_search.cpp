@@ -124,6 +124,7 @@ MotionTrial MotionSearch::run(double step) {
         targets.topRows(sides) = task_.side_targets;
         targets.bottomRows(wanted.rows()) = wanted / step;
         if (task_.scheme == MotionScheme::causal) train_predictors(trial.basis, task_.plan, targets);
+        options.whole_bytes = pass > 0;
         trial.coded = code_groups(trial.basis, task_.shape, task_.plan, targets, task_.presence, options);
         const Eigen::MatrixXd got = trial.coded.samples.bottomRows(wanted.rows()) * step;
         const Eigen::MatrixXd mixed = gram * got;
@@ -141,8 +142,7 @@ MotionTrial MotionSearch::run(double step) {
             sum += gain[j] - lambda * bits;
             if (sum > best) best = sum, keep = j + 1;
         }
-        // Near a step that has been tried the cut stays, so that errors and bits follow the step smoothly.
-        if (kept_at_ > 0 && std::abs(step / kept_at_ - 1) < 0.08) {
+        if (settled_) {
             keep = std::min(kept_, gain.size());
         } else if (pass + 2 == passes) {
             kept_ = keep;

@@ -41,6 +41,9 @@ public:
     /// One trial with coefficients in steps of `step`.
     MotionTrial run(double step);
 
+    /// From now on as many components are kept as in the last trial, so that errors and bits follow the step smoothly.
+    void settle() { settled_ = true; }
+
 private:
     MotionTrial guenter(double step);
     void choose_fewest(const MotionTrial& trial, const Eigen::MatrixXd& targets, const GroupOptions& options);
@@ -56,10 +59,11 @@ private:
     int block_;
     Eigen::Index kept_ = 0;     ///< components kept ...
     double kept_at_ = 0;        ///< ... at this step
+    bool settled_ = false;      ///< ... whatever the step
     double tuned_at_ = 0;       ///< step at which fewest_ was chosen
     double precision_ = 1.0;    ///< basis step over the equal-slope one
     int fewest_ = 300;          ///< observations that make a starting chance worth its bits
-    double slope_ = 0.12;       ///< lambda in squared steps per bit
+    double slope_ = 0.12;        ///< lambda in squared steps per bit
 };
 
 }  // namespace mien::encoder

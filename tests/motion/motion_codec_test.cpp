@@ -291,5 +291,47 @@ TEST(MotionCodec, IsSmallerThanTheSchemeOf1998) {
     EXPECT_LT(file, 0.8 * old);
 }
 
+TEST(MotionCodec, PredictsFromSideToSideOfASymmetricMesh) {
+    constexpr std::uint32_t kSide = 20;
+    Clip clip;
+    clip.neutral = motion_test::sheet(kSide);
+    std::vector<std::uint32_t> mirror(kSide * kSide);
+    for (std::uint32_t v = 0; v < mirror.size(); ++v) mirror[v] = v / kSide * kSide + kSide - 1 - v % kSide;
+    clip.vertices = motion_test::bumps(clip.neutral->positions, 40, 4);
+    for (std::int64_t f = 0; f < 40; ++f)
+        for (std::uint32_t v = 0; v < mirror.size(); ++v)
+            if (mirror[v] > v) {
+                const Vec3 offset = (clip.vertices->frame(f).row(v) - clip.neutral->positions.row(v)).transpose();
+                clip.vertices->frame(f).row(mirror[v]) = clip.neutral->positions.row(mirror[v]) + Eigen::RowVector3f(-offset.x(), offset.y(), offset.z());
+            }
+    MotionOptions options{.rms = 0.05};
+    const auto plain = encoder::encode_motion(clip, options);
+    options.mirror = mirror;
+    const auto mirrored = encoder::encode_motion(clip, options);
+    ASSERT_TRUE(plain.ok() && mirrored.ok());
+    EXPECT_LT(mirrored->bits.basis, 0.8 * plain->bits.basis);
+    EXPECT_LE(mirrored->rms, 0.05);
+    const auto blind = decoder::MotionDecoder::create(mirrored->info, mirrored->basis, triangles_of(clip));
+    ASSERT_FALSE(blind.ok());
+    EXPECT_EQ(blind.error().code, ErrorCode::missing);
+    auto decoder = decoder::MotionDecoder::create(mirrored->info, mirrored->basis, triangles_of(clip), mirror);
+    ASSERT_TRUE(decoder.ok()) << decoder.error().message;
+    double sum = 0;
+    for (const auto& group : mirrored->groups) {
+        decoder->begin_group();
+        std::int64_t frame = group.first_time;
+        for (const auto& object : group.objects) {
+            const auto motions = decoder->decode(object, frame);
+            ASSERT_TRUE(motions.ok());
+            for (const auto& motion : *motions) {
+                Eigen::VectorXf x = decoder->basis().mean + decoder->basis().components * motion.coefficients;
+                sum += (PointsMap(x.data(), kSide * kSide, 3) + clip.neutral->positions - clip.vertices->frame(motion.frame)).squaredNorm();
+            }
+            frame += object.frames;
+        }
+    }
+    EXPECT_NEAR(std::sqrt(sum / (40.0 * kSide * kSide)), mirrored->rms, 1e-4);
+}
+
 }  // namespace
 }  // namespace mien
