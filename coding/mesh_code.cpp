@@ -8,8 +8,6 @@
 #include "coding/mesh_traversal.hpp"
 #include "coding/mirror_code.hpp"
 #include "coding/triangle_coder.hpp"
-#include "coding/vector_coder.hpp"
-#include "coding/vector_quantiser.hpp"
 #include "coding/vertex_values.hpp"
 
 namespace mien::coding {
@@ -31,10 +29,17 @@ void write_coded(ByteWriter& out, RangeEncoder& coder) {
 }
 
 constexpr std::uint8_t kMirrored = 1;
-using LevelSteps = std::array<std::uint8_t, PointOrder::kLevels>;
-constexpr LevelSteps kExact{1, 1, 1, 1, 1, 1, 1, 1};
-// Coarse points are leaned on by all others: they get finer steps.
-constexpr LevelSteps kWeighed{32, 28, 24, 20, 16, 16, 16, 16};
+
+std::vector<std::array<std::int32_t, 3>> on_grid(PointsRef points, float step) {
+    std::vector<std::array<std::int32_t, 3>> values(std::size_t(points.rows()));
+    for (std::size_t i = 0; i < values.size(); ++i)
+        for (int c = 0; c < 3; ++c) {
+            const double v = std::round(double(points(Eigen::Index(i), c)) / step);
+            assert(std::abs(v) <= kMaxVertexValue);
+            values[i][std::size_t(c)] = std::int32_t(v);
+        }
+    return values;
+}
 
 }  // namespace
 
@@ -72,13 +77,11 @@ Result<Connectivity> decode_connectivity(ByteView bytes) {
     return mesh;
 }
 
-Bytes encode_shape(const Mesh& mesh, float step, double slope) {
+Bytes encode_shape(const Mesh& mesh, float step) {
     const std::uint32_t V = mesh.vertex_count();
-    const LevelSteps& level_steps = slope > 0 ? kWeighed : kExact;
-    const float unit = step / float(level_steps[0]);
     ByteWriter out;
     out.varint(V);
-    out.f32(unit);
+    out.f32(step);
     out.varint(mesh.parts.size());
     for (const MeshPart& part : mesh.parts) {
         out.text(part.name.substr(0, kMaxPartName));
@@ -87,31 +90,14 @@ Bytes encode_shape(const Mesh& mesh, float step, double slope) {
         out.varint(part.count);
     }
     out.u8(mesh.mirror.empty() ? 0 : kMirrored);
-    for (const std::uint8_t s : level_steps) out.u8(s);
-    // Sides mirror each other about x = 0.
-    const double middle = V ? std::round((double(mesh.positions.col(0).minCoeff()) + double(mesh.positions.col(0).maxCoeff())) / 2 / unit) : 0;
-    out.svarint(std::int64_t(middle));
-
-    const MotionShape shape{.points = V};
-    const PointOrder order = mesh_order(V, mesh.triangles, mesh.mirror);
-    std::vector<double> values(std::size_t(V) * 3);
-    for (std::uint32_t v = 0; v < V; ++v)
-        for (int c = 0; c < 3; ++c) {
-            const double at = double(mesh.positions(v, c)) / unit;
-            values[v * std::size_t(3) + std::size_t(c)] = (slope > 0 ? at : std::round(at)) - (c ? 0 : middle);
-            assert(std::abs(values[v * std::size_t(3) + std::size_t(c)]) < VectorCoder::kMaxValue);
-        }
-    const std::vector<std::int32_t> quantised =
-        VectorQuantiser(shape, order, level_steps).quantise(values, slope * level_steps[0] * level_steps[0], 1);
     RangeEncoder coder;
     if (!mesh.mirror.empty()) {
         std::vector<std::uint32_t> mirror = mesh.mirror;
         code_mirror(coder, vertex_neighbours(V, mesh.triangles), mirror);
     }
-    std::vector<std::int32_t> walk(values.size(), 0);
-    VectorCoder(shape, order, level_steps).code(coder, walk, [&](const VectorCoder::Value& v, const auto&, auto&) {
-        return std::int32_t((quantised[v.index] - v.prediction) / v.step);
-    });
+    auto values = on_grid(mesh.positions, step);
+    VertexValueModel<3> model;
+    code_values<3>(coder, model, traverse(V, mesh.triangles), values, mesh.mirror);
     write_coded(out, coder);
     return out.take();
 }
@@ -142,25 +128,19 @@ Result<void> decode_shape(ByteView bytes, std::uint32_t V, Mesh& mesh) {
         mesh.parts.push_back(std::move(part));
     }
     const std::uint8_t flags = in.u8();
-    LevelSteps level_steps{};
-    for (std::uint8_t& s : level_steps) s = in.u8();
-    const std::int64_t middle = in.svarint();
     const ByteView coded = in.bytes(in.varint());
-    if (!in.ok() || !in.at_end() || flags > kMirrored || std::count(level_steps.begin(), level_steps.end(), 0) ||
-        std::abs(middle) > VectorCoder::kMaxValue)
-        return damaged("shape");
+    if (!in.ok() || !in.at_end() || flags > kMirrored) return damaged("shape");
     RangeDecoder coder(coded);
     mesh.mirror.clear();
     if (flags & kMirrored) code_mirror(coder, vertex_neighbours(V, mesh.triangles), mesh.mirror);
     if (coder.failed()) return damaged("shape");
-    const MotionShape shape{.points = V};
-    const PointOrder order = mesh_order(V, mesh.triangles, mesh.mirror);
-    std::vector<std::int32_t> values(std::size_t(V) * 3, 0);
-    VectorCoder(shape, order, level_steps).code(coder, values, [](const VectorCoder::Value&, const auto&, auto&) { return 0; });
+    std::vector<std::array<std::int32_t, 3>> values(V);
+    VertexValueModel<3> model;
+    code_values<3>(coder, model, traverse(V, mesh.triangles), values, mesh.mirror);
     if (!coder.complete()) return damaged("shape");
     mesh.positions.resize(V, 3);
     for (std::uint32_t v = 0; v < V; ++v)
-        for (int c = 0; c < 3; ++c) mesh.positions(v, c) = step * float(values[v * std::size_t(3) + std::size_t(c)] + (c ? 0 : std::int32_t(middle)));
+        for (int c = 0; c < 3; ++c) mesh.positions(v, c) = step * float(values[v][std::size_t(c)]);
     return {};
 }
 

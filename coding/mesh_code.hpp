@@ -21,12 +21,11 @@ struct Connectivity {
 };
 Result<Connectivity> decode_connectivity(ByteView bytes);
 
-inline constexpr float kMaxSteps = 1 << 22;
+inline constexpr float kMaxSteps = 1 << 24;
 
-/// Positions, the parts with their names, and the mesh's mirror. slope 0: every coordinate to the nearest multiple of `step`
-/// mm. Else errors of about that step are weighed against bits, one bit being worth `slope` squared steps (vertex motion brings
-/// an error budget of its own). step > 0; |position| / step < kMaxSteps.
-Bytes encode_shape(const Mesh& mesh, float step, double slope = 0);
+/// Positions on a grid of `step` mm, predicted over the mesh and from side to side, the parts with their names, and the
+/// mesh's mirror. step > 0; |position| / step < kMaxSteps.
+Bytes encode_shape(const Mesh& mesh, float step);
 /// Fills positions, mirror and parts of a mesh that has its triangles; V must agree with theirs.
 Result<void> decode_shape(ByteView bytes, std::uint32_t V, Mesh& mesh);
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/mesh.hpp"
@@ -32,22 +33,32 @@ struct Traversal {
 Traversal traverse(std::uint32_t V, const std::vector<Triangle>& triangles);
 
 /// Mean of the step's parallelograms, or the nearest known value, per channel, rounded to integers.
-/// values: channels integers per vertex; only those of earlier steps are read.
+/// values: channels integers per vertex; only those of earlier steps are read. mirror: when not empty, as the same prediction
+/// looks from the other side: every vertex is the one that mirrors it, and the first channel, x, is negated.
 template <int kChannels>
 std::array<std::int32_t, kChannels> predict(const Traversal& traversal, const TraversalStep& step,
-                                            const std::vector<std::array<std::int32_t, kChannels>>& values) {
+                                            const std::vector<std::array<std::int32_t, kChannels>>& values,
+                                            std::span<const std::uint32_t> mirror = {}) {
+    const auto value = [&](std::uint32_t v, int c) {
+        if (mirror.empty()) return std::int64_t(values[v][std::size_t(c)]);
+        const std::int64_t other = values[mirror[v]][std::size_t(c)];
+        return c == 0 ? -other : other;
+    };
     std::array<std::int32_t, kChannels> prediction{};
-    if (step.count == 0) return step.nearest == step.vertex ? prediction : values[step.nearest];
-    std::array<std::int64_t, kChannels> sum{};
-    for (std::uint32_t i = step.first; i < step.first + step.count; ++i) {
-        const Parallelogram& p = traversal.parallelograms[i];
-        for (int c = 0; c < kChannels; ++c)
-            sum[c] += std::int64_t(values[p.a][c]) + values[p.b][c] - values[p.c][c];
+    if (step.count == 0) {
+        if (step.nearest != step.vertex)
+            for (int c = 0; c < kChannels; ++c) prediction[std::size_t(c)] = std::int32_t(value(step.nearest, c));
+        return prediction;
     }
     for (int c = 0; c < kChannels; ++c) {
+        std::int64_t sum = 0;
+        for (std::uint32_t i = step.first; i < step.first + step.count; ++i) {
+            const Parallelogram& p = traversal.parallelograms[i];
+            sum += value(p.a, c) + value(p.b, c) - value(p.c, c);
+        }
         const std::int64_t n = step.count;
-        const std::int64_t doubled = 2 * sum[c] + n;  // rounds to nearest, halves up
-        prediction[c] = static_cast<std::int32_t>(doubled >= 0 ? doubled / (2 * n) : -((-doubled + 2 * n - 1) / (2 * n)));
+        const std::int64_t doubled = 2 * sum + n;  // rounds to nearest, halves up
+        prediction[std::size_t(c)] = static_cast<std::int32_t>(doubled >= 0 ? doubled / (2 * n) : -((-doubled + 2 * n - 1) / (2 * n)));
     }
     return prediction;
 }

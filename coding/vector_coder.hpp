@@ -8,10 +8,11 @@
 
 #include "coding/integer_model.hpp"
 #include "coding/motion_basis.hpp"
+#include "coding/side_gain.hpp"
 
 namespace mien::coding {
 
-/// Codes vectors over points (a neutral shape, the vectors of a basis) one after another: coarse points first, every value as
+/// Codes the vectors of a basis one after another: coarse points first, every value as
 /// its difference from the weighted mean of the points it refers to and from what the other side of the face has shown. Writer, reader and the encoder's quantiser all run this one walk.
 class VectorCoder {
 public:
@@ -62,7 +63,7 @@ public:
                 }
                 // What was new at the other side is expected here too, as far as this vector has been symmetric so far.
                 std::int64_t seen = 0, prediction = base;
-                Gain& gain = gain_[std::size_t(c)];
+                SideGain& gain = gain_[std::size_t(c)];
                 if (partner != point) {
                     seen = surprise_[partner * std::size_t(coordinates) + std::size_t(c)];
                     if (c == 0 && coordinates == 3) seen = -seen;
@@ -72,7 +73,7 @@ public:
                     contexts_of(c, level, here, std::uint32_t(std::min<std::int64_t>(size, 1 << 20)),
                                 std::uint32_t(std::min<std::int64_t>((high - low) * 2 / steps_[0], 1 << 20)), history_[i],
                                 references.empty(), prediction);
-                const double handed_on = followed ? double(gain.value()) / Gain::kMost : 0.0;
+                const double handed_on = followed ? double(gain.value()) / SideGain::kOne : 0.0;
                 std::int32_t residual = decide(Value{i, at, base, prediction, step, handed_on}, contexts, model_);
                 model_.code(coder, residual, contexts);
                 const std::int64_t value = prediction + std::int64_t(residual) * step;
@@ -91,27 +92,12 @@ public:
             if (Coder::kDecodes && (at & 255) == 0 && coder.failed()) return;
         }
         ++vector_;
-        for (Gain& gain : gain_) gain = {};
+        for (SideGain& gain : gain_) gain = {};
     }
 
     static constexpr std::int64_t kMaxValue = 1 << 28;
 
 private:
-    /// By how much surprises at one side have been those at the other, in this vector: least squares, in 1/65536 within +-1.
-    struct Gain {
-        static constexpr std::int64_t kMost = 1 << 16;
-        std::int64_t product = 0, square = 4096;
-
-        std::int64_t value() const { return std::clamp<std::int64_t>(product * kMost / square, -kMost, kMost); }
-        void learn(std::int64_t seen, std::int64_t found) {
-            seen = std::clamp(seen, -kMost, kMost);
-            found = std::clamp(found, -kMost, kMost);
-            product += seen * found;
-            square += seen * seen;
-            if (square > std::int64_t(1) << 42 || std::abs(product) > std::int64_t(1) << 42) product /= 2, square = std::max<std::int64_t>(square / 2, 1);
-        }
-    };
-
     static constexpr int kMixers = PointOrder::kLevels;
     static constexpr std::array<int, 6> kContexts{8 * 48, 10 * 10 * 2, 5 * 5 * 5 * 3, 12 * 8 * 3, 10 * 12, 32 * 4};
 
@@ -154,7 +140,7 @@ private:
     std::vector<std::uint16_t> history_;   ///< how large this value's residuals were in the vectors before
     std::vector<std::int32_t> residual_;
     std::vector<std::int64_t> surprise_;   ///< value less weighted mean of the references
-    std::array<Gain, 3> gain_{};
+    std::array<SideGain, 3> gain_{};
     int vector_ = 0;
 };
 

@@ -4,10 +4,12 @@
 #include <array>
 #include <cstdint>
 #include <cstdlib>
+#include <span>
 #include <vector>
 
 #include "coding/integer_model.hpp"
 #include "coding/mesh_traversal.hpp"
+#include "coding/side_gain.hpp"
 
 namespace mien::coding {
 
@@ -18,23 +20,47 @@ template <int kChannels>
 struct VertexValueModel {
     static constexpr int kLevels = 20;
     static constexpr int kLimit = 255;
-    IntegerModel model{std::vector<int>{kChannels * 4, kChannels * kLevels, kLevels * kLevels, kLevels * 4}, 1, kChannels, kLimit};
+    IntegerModel model{std::vector<int>{kChannels * 8, kChannels * kLevels * 2, kLevels * kLevels, kLevels * 8}, 1, kChannels, kLimit};
 };
 
-/// Codes kChannels integers a vertex in traversal order, each as the difference from its prediction over the mesh.
+/// Codes kChannels integers a vertex in traversal order, each as the difference from its prediction over the mesh, and, where
+/// its mirror (Mesh::mirror, empty: none) and all that the mirrored prediction needs are known, from what was new there.
 /// |value| <= kMaxVertexValue; a decoder that meets a larger one, or the end of its bytes, fails and stops.
 template <int kChannels, class Coder>
 void code_values(Coder& coder, VertexValueModel<kChannels>& contexts, const Traversal& traversal,
-                 std::vector<std::array<std::int32_t, kChannels>>& values) {
+                 std::vector<std::array<std::int32_t, kChannels>>& values, std::span<const std::uint32_t> mirror = {}) {
     constexpr int kLevels = VertexValueModel<kChannels>::kLevels;
     IntegerModel& model = contexts.model;
     std::vector<std::array<std::int32_t, kChannels>> residuals(values.size());
     std::array<std::int32_t, kChannels> last{};
+    std::array<SideGain, kChannels> gains;
+    for (SideGain& gain : gains) gain.product = gain.square;  // symmetric until seen otherwise
+    std::vector<char> known(mirror.size(), 0);
+    const auto mirrored = [&](const TraversalStep& step) {
+        if (mirror.empty() || step.nearest == step.vertex || mirror[step.vertex] == step.vertex || !known[mirror[step.vertex]]) return false;
+        if (step.count == 0) return known[mirror[step.nearest]] != 0;
+        for (std::uint32_t i = step.first; i < step.first + step.count; ++i) {
+            const Parallelogram& p = traversal.parallelograms[i];
+            if (!known[mirror[p.a]] || !known[mirror[p.b]] || !known[mirror[p.c]]) return false;
+        }
+        return true;
+    };
     const auto level = [](std::int64_t r) { return magnitude_level(std::uint32_t(std::min<std::int64_t>(std::abs(r), 1 << 26)), kLevels); };
     for (const TraversalStep& step : traversal.steps) {
-        const auto prediction = predict<kChannels>(traversal, step, values);
+        const auto base = predict<kChannels>(traversal, step, values);
+        auto prediction = base;
+        std::array<std::int64_t, kChannels> seen{};
+        const bool both = mirrored(step);
+        if (both) {
+            const auto there = predict<kChannels>(traversal, step, values, mirror);
+            for (int c = 0; c < kChannels; ++c) {
+                const std::int64_t other = values[mirror[step.vertex]][std::size_t(c)];
+                seen[std::size_t(c)] = (c == 0 ? -other : other) - there[std::size_t(c)];
+                prediction[std::size_t(c)] += std::int32_t((seen[std::size_t(c)] * gains[std::size_t(c)].value() + SideGain::kOne / 2) >> 16);
+            }
+        }
         auto& residual = residuals[step.vertex];
-        const int known = int(std::min<std::uint32_t>(step.count, 3));
+        const int references = int(std::min<std::uint32_t>(step.count, 3)) * 2 + both;
         for (int c = 0; c < kChannels; ++c) {
             std::int64_t around = residuals[step.nearest][c];
             int neighbours = 1;
@@ -49,7 +75,7 @@ void code_values(Coder& coder, VertexValueModel<kChannels>& contexts, const Trav
             const int own = c > 0 ? level(residual[c - 1]) : level(last[kChannels - 1]);
             std::int32_t r = 0;
             if constexpr (!Coder::kDecodes) r = std::int32_t(std::int64_t(values[step.vertex][c]) - prediction[c]);
-            model.code(coder, r, {{c * 4 + known, c * kLevels + near, near * kLevels + own, level(last[c]) * 4 + known}, 0, c});
+            model.code(coder, r, {{c * 8 + references, (c * kLevels + near) * 2 + both, near * kLevels + own, level(last[c]) * 8 + references}, 0, c});
             residual[c] = r;
             if (Coder::kDecodes) {
                 const std::int64_t value = std::int64_t(prediction[c]) + r;
@@ -57,7 +83,9 @@ void code_values(Coder& coder, VertexValueModel<kChannels>& contexts, const Trav
                 values[step.vertex][c] = std::int32_t(value);
             }
             last[c] = r;
+            if (both) gains[std::size_t(c)].learn(seen[std::size_t(c)], std::int64_t(values[step.vertex][std::size_t(c)]) - base[std::size_t(c)]);
         }
+        if (!known.empty()) known[step.vertex] = 1;
         if (coder.failed()) return;
     }
 }

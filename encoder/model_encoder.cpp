@@ -22,8 +22,6 @@ using protocol::BlobKind;
 using protocol::LayerKind;
 using protocol::MotionKind;
 
-constexpr double kSlope = 0.12;  // squared steps per bit, as everywhere in the motion codec
-
 class Packer {
 public:
     Packer(const Clip& clip, const ModelOptions& options) : clip_(clip), options_(options) {}
@@ -79,12 +77,10 @@ private:
     Result<void> add_shape() {
         Mesh mesh = *clip_.neutral;
         MIEN_CHECK(check_extent(mesh.positions));
-        // Vertex motion carries what its neutral leaves, so there the shape's error is one of many and weighed like them.
-        const double slope = options_.kind == MotionKind::vertices ? kSlope : 0;
-        Bytes shape = coding::encode_shape(mesh, options_.step, slope);
+        Bytes shape = coding::encode_shape(mesh, options_.step);
         mesh.mirror = find_mirror(mesh);
         if (!mesh.mirror.empty()) {
-            Bytes mirrored = coding::encode_shape(mesh, options_.step, slope);
+            Bytes mirrored = coding::encode_shape(mesh, options_.step);
             if (mirrored.size() < shape.size()) shape = std::move(mirrored);
         }
         std::vector<Hash> blobs = {
