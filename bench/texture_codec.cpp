@@ -122,7 +122,7 @@ Result<void> decode_texture(const CodedTexture& texture, const std::function<Res
             MIEN_TRY(frames, decoder.push(object));
             MIEN_CHECK(give(frames));
         }
-        MIEN_TRY(frames, decoder.end_group());
+        MIEN_TRY(frames, decoder.end_group(std::int64_t(group.objects.size())));
         MIEN_CHECK(give(frames));
     }
     return {};

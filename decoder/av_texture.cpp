@@ -77,9 +77,13 @@ Result<std::vector<TextureFrame>> TextureDecoder::push(const protocol::Object& o
     return state_->number(state_->video.decode(object.bytes));
 }
 
-Result<std::vector<TextureFrame>> TextureDecoder::end_group() {
+Result<std::vector<TextureFrame>> TextureDecoder::end_group(std::int64_t frames_of_group) {
     if (!state_->in_group)
         return Error{ErrorCode::invalid, "end of a texture group that has failed or not begun"};
+    if (state_->fed < frames_of_group) {
+        state_->in_group = false;
+        return std::vector<TextureFrame>();
+    }
     auto frames = state_->number(state_->video.drain());
     if (frames && state_->given != state_->fed)
         return state_->fail({ErrorCode::damaged, std::to_string(state_->fed) + " objects gave " +

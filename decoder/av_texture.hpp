@@ -29,8 +29,9 @@ public:
     void begin_group(std::int64_t first_frame);
     /// Feeds one object; gives the pictures that are ready, in presentation order.
     Result<std::vector<TextureFrame>> push(const protocol::Object& object);
-    /// The group is complete: gives the pictures still inside.
-    Result<std::vector<TextureFrame>> end_group();
+    /// The group of `frames` frames is over: gives the pictures still inside. When fewer objects came, because the file or the
+    /// line ended, those are dropped: objects come in decoding order, and without all of them nobody knows whose frames they are.
+    Result<std::vector<TextureFrame>> end_group(std::int64_t frames);
 
 private:
     struct State;

@@ -19,11 +19,43 @@ const AVCodec* find_decoder(const std::string& name) {
 }  // namespace
 
 struct VideoDecoder::State {
+    const AVCodec* decoder;
     std::string name;
-    int width = 0, height = 0;
-    YuvView::Matrix matrix = YuvView::Matrix::bt709;
-    bool full_range = false;
-    CodecPtr codec;
+    Bytes config;
+    int width, height;
+    YuvView::Matrix matrix;
+    bool full_range;
+    int threads;
+    CodecPtr codec;      ///< none: opened when the next packet comes
+    bool used = false;   ///< a packet has been fed to it
+
+    Result<void> open() {
+        codec.reset(allocated(avcodec_alloc_context3(decoder)));
+        set_extradata(*codec, config);
+        codec->width = width;
+        codec->height = height;
+        // Codecs round sizes up to their largest block and add a border before they ask for memory.
+        codec->max_pixels = (std::int64_t(width) + 256) * (height + 512);
+        codec->err_recognition = AV_EF_EXPLODE | AV_EF_BITSTREAM | AV_EF_BUFFER | AV_EF_CRCCHECK;
+        codec->error_concealment = 0;
+        codec->idct_algo = FF_IDCT_SIMPLE;
+        codec->thread_count = threads > 0 ? threads : 2;
+        codec->thread_type = threads > 0 ? FF_THREAD_FRAME | FF_THREAD_SLICE : FF_THREAD_SLICE;
+        AVDictionary* options = nullptr;
+        if (threads <= 0 && std::string_view(decoder->name) == "libdav1d") {
+            // One picture at a time: its rows and tiles on two threads, no picture of delay. Later releases took
+            // both names for max_frame_delay.
+            av_dict_set(&options, "framethreads", "1", 0);
+            av_dict_set(&options, "tilethreads", "2", 0);
+            av_dict_set(&options, "max_frame_delay", "1", 0);
+        }
+        const int code = avcodec_open2(codec.get(), decoder, &options);
+        av_dict_free(&options);
+        used = false;
+        if (code >= 0) return {};
+        codec.reset();
+        return av_error(code, "the " + name + " decoder refuses the codec headers");
+    }
 
     Result<std::vector<VideoPicture>> receive() {
         std::vector<VideoPicture> pictures;
@@ -62,44 +94,28 @@ Result<VideoDecoder> VideoDecoder::open(const VideoDecoderSettings& s) {
     if (!decoder)
         return Error{ErrorCode::unavailable,
                      "there is no decoder for the texture codec '" + s.codec + "' here"};
-    auto state = std::make_unique<State>();
-    state->name = s.codec;
-    state->width = s.width;
-    state->height = s.height;
-    state->matrix = s.matrix;
-    state->full_range = s.full_range;
-    state->codec.reset(allocated(avcodec_alloc_context3(decoder)));
-    AVCodecContext& codec = *state->codec;
-    set_extradata(codec, s.codec_config);
-    codec.width = s.width;
-    codec.height = s.height;
-    // Codecs round sizes up to their largest block and add a border before they ask for memory.
-    codec.max_pixels = (std::int64_t(s.width) + 256) * (s.height + 512);
-    codec.err_recognition = AV_EF_EXPLODE | AV_EF_BITSTREAM | AV_EF_BUFFER | AV_EF_CRCCHECK;
-    codec.error_concealment = 0;
-    codec.idct_algo = FF_IDCT_SIMPLE;
-    codec.thread_count = s.threads > 0 ? s.threads : 2;
-    codec.thread_type = s.threads > 0 ? FF_THREAD_FRAME | FF_THREAD_SLICE : FF_THREAD_SLICE;
-    AVDictionary* options = nullptr;
-    if (s.threads <= 0 && std::string_view(decoder->name) == "libdav1d") {
-        // One picture at a time: its rows and tiles on two threads, no picture of delay. Later releases took
-        // both names for max_frame_delay.
-        av_dict_set(&options, "framethreads", "1", 0);
-        av_dict_set(&options, "tilethreads", "2", 0);
-        av_dict_set(&options, "max_frame_delay", "1", 0);
-    }
-    const int code = avcodec_open2(&codec, decoder, &options);
-    av_dict_free(&options);
-    if (code < 0) return av_error(code, "the " + s.codec + " decoder refuses the codec headers");
+    auto state = std::make_unique<State>(State{.decoder = decoder,
+                                               .name = s.codec,
+                                               .config = Bytes(s.codec_config.begin(), s.codec_config.end()),
+                                               .width = s.width,
+                                               .height = s.height,
+                                               .matrix = s.matrix,
+                                               .full_range = s.full_range,
+                                               .threads = s.threads,
+                                               .codec = nullptr});
+    MIEN_CHECK(state->open());
     return VideoDecoder(std::move(state));
 }
 
 void VideoDecoder::restart() {
-    avcodec_flush_buffers(state_->codec.get());
+    // Flushing is not enough: what a damaged packet told the decoder, a size or a whole header, would stay with it.
+    if (state_->used) state_->codec.reset();
 }
 
 Result<std::vector<VideoPicture>> VideoDecoder::decode(ByteView bytes) {
     if (bytes.empty()) return Error{ErrorCode::damaged, state_->name + " packet is empty"};
+    if (!state_->codec) MIEN_CHECK(state_->open());
+    state_->used = true;
     const PacketPtr packet = make_packet(bytes);
     if (const int code = avcodec_send_packet(state_->codec.get(), packet.get()); code < 0)
         return av_error(code, state_->name + " packet does not decode");
@@ -107,6 +123,8 @@ Result<std::vector<VideoPicture>> VideoDecoder::decode(ByteView bytes) {
 }
 
 Result<std::vector<VideoPicture>> VideoDecoder::drain() {
+    if (!state_->codec) return std::vector<VideoPicture>();
+    state_->used = true;
     if (const int code = avcodec_send_packet(state_->codec.get(), nullptr); code < 0)
         return av_error(code, state_->name + " decoder failed");
     return state_->receive();

@@ -59,6 +59,7 @@ bool GroupDecoder::begin_group() {
         for (model::Motion& motion : *decoded) motions_.emplace(motion.frame, std::move(motion));
         frame += object.frames;
     }
+    frames_ = frame - group.motion->first_time;
     if (stream_.texture) {
         texture_ = std::move(*group.texture);
         stream_.texture->begin_group(texture_.first_time);
@@ -94,7 +95,7 @@ std::vector<PlayFrame> GroupDecoder::step() {
         return frames;
     }
     const bool last = next_object_ == texture_.objects.size();
-    auto pictures = last ? stream_.texture->end_group() : stream_.texture->push(texture_.objects[next_object_++]);
+    auto pictures = last ? stream_.texture->end_group(frames_) : stream_.texture->push(texture_.objects[next_object_++]);
     if (!pictures.ok()) return give_up(pictures.error().message), frames;
     join(std::move(*pictures), frames);
     if (last) {

@@ -55,6 +55,7 @@ private:
     std::map<std::int64_t, model::Motion> motions_;
     protocol::Group texture_;
     std::size_t next_object_ = 0;
+    std::int64_t frames_ = 0;                    // of the group, by its motion
     std::int64_t last_given_ = -1;
     std::uint64_t damaged_ = 0;
     std::string last_damage_;

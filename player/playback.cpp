@@ -56,7 +56,9 @@ std::optional<PlayFrame> Playback::tick(double now) {
                 }
             }
         } else if (decode.starved() && due > shown_frame_ + 1) {
+            // The clock has run past frames that were not there: they are shown when they come, not skipped.
             halt(now);
+            clock_.set(double(shown_frame_ + 1) / frame_rate_);
             waiting_ = true;
             ++stalls_;
         }

@@ -34,8 +34,14 @@ public:
 private:
     Result<void> load(std::int64_t frame) {
         const protocol::IndexEntry* entry = nullptr;
-        for (const auto& candidate : groups_)
-            if (candidate.first_time <= frame) entry = &candidate;
+        std::int64_t end = frames();   // of the group
+        for (const auto& candidate : groups_) {
+            if (candidate.first_time > frame) {
+                end = candidate.first_time;
+                break;
+            }
+            entry = &candidate;
+        }
         if (!entry) return Error{ErrorCode::missing, "no texture group holds frame " + std::to_string(frame)};
         MIEN_TRY(group, stream_.reader().read_group(*entry));
         pictures_.clear();
@@ -45,7 +51,7 @@ private:
             MIEN_TRY(ready, decoder_.push(object));
             keep(ready);
         }
-        MIEN_TRY(rest, decoder_.end_group());
+        MIEN_TRY(rest, decoder_.end_group(end - first_));
         keep(rest);
         if (frame >= first_ + std::int64_t(pictures_.size()))
             return Error{ErrorCode::missing, "the texture has no frame " + std::to_string(frame)};

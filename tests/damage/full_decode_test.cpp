@@ -157,7 +157,7 @@ TEST_P(Damage, OfAnyPayloadCostsAtMostItsGroup) {
         for (std::size_t g = 0; g < stream_.groups.size(); ++g)
             if (kind_of(stream_.groups[g].slot) == kind) groups.push_back(g);
         ASSERT_EQ(groups.size(), 3u);
-        for (int sample = 0; sample < 40; ++sample) {
+        for (int sample = 0; sample < 8; ++sample) {
             const std::size_t group = groups[random() % groups.size()];
             const auto& objects = stream_.groups[group].objects;
             const std::size_t object = random() % objects.size();
@@ -181,7 +181,7 @@ TEST_P(Damage, OfAnyPayloadCostsAtMostItsGroup) {
 TEST_P(Damage, OfTheCodecHeadersIsRefusedOrPlays) {
     for (std::size_t t = 1; t < stream_.header.tracks.size(); ++t) {
         const Bytes& config = stream_.header.tracks[t].rungs.front().codec_config;
-        for (std::size_t at = 0; at < config.size(); at += 1 + config.size() / 24)
+        for (std::size_t at = 0; at < config.size(); at += 1 + config.size() / 12)
             for (const int value : {0x00, 0xff, int(config[at]) ^ 0x10}) {
                 encoder::EncodedStream damaged = stream_;
                 damaged.header.tracks[t].rungs.front().codec_config[at] = std::byte(value);
@@ -196,21 +196,28 @@ TEST_P(Damage, OfTheFileItselfIsRefusedOrPlays) {
     std::ifstream in(store(stream_, folder_), std::ios::binary);
     const std::string file{std::istreambuf_iterator<char>(in), {}};
     const std::string damaged = folder_ / "damaged.mien";
-    const auto play_bytes = [&](const std::string& bytes) {
+    const auto play_bytes = [&](const std::string& bytes, const std::string& what) {
+        SCOPED_TRACE(what);
         std::ofstream(damaged, std::ios::binary) << bytes;
         const Played played = play(damaged);
         EXPECT_TRUE(!played.refused.empty() || played.frames.size() >= whole_.frames.size() - kGroupFrames || bytes.size() < file.size());
         // The checksums let nothing through that was not written.
-        for (const auto& [frame, hash] : played.frames) EXPECT_EQ(hash, whole_.frames.at(frame));
+        for (const auto& [frame, hash] : played.frames) EXPECT_EQ(hash, whole_.frames.at(frame)) << "frame " << frame;
     };
-    for (std::size_t at = 0; at < file.size(); at += 1 + file.size() / 60) {
+    for (std::size_t at = 0; at < file.size(); at += 1 + file.size() / 25) {
         for (const int value : {0x00, 0xff, int(std::uint8_t(file[at])) ^ 0x40}) {
             std::string bytes = file;
             bytes[at] = char(value);
-            play_bytes(bytes);
+            play_bytes(bytes, fmt::format("byte {} := {}", at, value));
         }
-        play_bytes(file.substr(0, at));
+        play_bytes(file.substr(0, at), fmt::format("cut at {} of {}", at, file.size()));
     }
+}
+
+// x265 3.5 never frees a few bytes of its settings.
+extern "C" const char* __lsan_default_suppressions();
+extern "C" const char* __lsan_default_suppressions() {
+    return "leak:libx265\n";
 }
 
 INSTANTIATE_TEST_SUITE_P(Codecs, Damage,

@@ -81,10 +81,10 @@ does "$mien" encode one -o one-frame.mien
 does "$mien" verify one-frame.mien one --max-rms 0.1
 does "$mien" decode one-frame.mien -o one-back
 triangle tiny 0.2 2
-says "0\.2 mm.*unit should be m, not mm" "$mien" check tiny
+refuses "0\.2 mm.*unit should be m, not mm" "$mien" check tiny
 says "0\.2 mm.*unit should be m, not mm" "$mien" encode tiny -o tiny.mien
 triangle huge 200000 2
-says "200 m " "$mien" check huge
+refuses "200 m " "$mien" check huge
 says "200 m " "$mien" encode huge -o huge.mien
 triangle odd 200 3
 echo '{"fps": 30, "unit": "mm", "vertices": "v.npy", "neutral": "n.obj", "colour": "blue"}' >odd/clip.json

@@ -208,6 +208,25 @@ TEST(MotionCodec, FindsTheHeadPoseWithoutBeingTold) {
     EXPECT_FALSE(encode(motion_test::vertex_clip(8, 20, 5), {}).info.has_pose);
 }
 
+TEST(MotionCodec, SkinThatMovesAllOverAStillHeadIsSentWithoutAPoseWhenThatIsSmaller) {
+    // One bending mode: rank one as it is, but its middle turns, and a pose that follows the middle makes it rank two and more.
+    Clip clip;
+    clip.neutral = motion_test::sheet(9);
+    clip.vertices = PointSequence(60, 81);
+    for (std::int64_t f = 0; f < 60; ++f) {
+        clip.vertices->frame(f) = clip.neutral->positions;
+        for (Eigen::Index p = 0; p < 81; ++p)
+            clip.vertices->frame(f)(p, 2) += 0.4f * std::cos(clip.neutral->positions(p, 0) * 0.0785f) * std::sin(0.3f * float(f));
+    }
+    const EncodedMotion encoded = encode(clip, {.rms = 0.05});
+    EXPECT_FALSE(encoded.info.has_pose);
+    EXPECT_LE(errors_of(clip, MotionKind::vertices, encoded).rms, 0.05);
+    // The same motion on a head that nods has one.
+    const auto poses = motion_test::nodding(60);
+    for (std::int64_t f = 0; f < 60; ++f) apply_pose(poses[std::size_t(f)], clip.vertices->frame(f));
+    EXPECT_TRUE(encode(clip, {.rms = 0.05}).info.has_pose);
+}
+
 TEST(MotionCodec, CarriesGazeWithWeights) {
     Clip clip = motion_test::weight_clip(40, 1);
     for (int f = 0; f < 40; ++f) {

@@ -60,7 +60,8 @@ TEST_F(PlaybackTest, AFrameIsShownWhenItIsDueAndNotBefore) {
 TEST_F(PlaybackTest, ALateScreenDropsFramesInsteadOfLagging) {
     open();
     play(0.35);
-    settle();
+    const DecodeThread& decode = *playback_->session().decode;
+    for (int i = 0; i < 5000 && decode.buffered() < 5; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     now_ += 0.4;   // the window was busy
     const auto frame = playback_->tick(now_);
     ASSERT_TRUE(frame);

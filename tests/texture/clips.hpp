@@ -72,7 +72,7 @@ inline Result<std::vector<decoder::TextureFrame>> decode_group(decoder::TextureD
         MIEN_TRY(frames, decoder.push(object));
         all.insert(all.end(), frames.begin(), frames.end());
     }
-    MIEN_TRY(rest, decoder.end_group());
+    MIEN_TRY(rest, decoder.end_group(std::int64_t(group.objects.size())));
     all.insert(all.end(), rest.begin(), rest.end());
     return all;
 }
