@@ -14,6 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
     basis.scheme = coding::MotionScheme(1 + bytes[0] % 3);
     basis.mean.assign(12, 0);
     basis.components = {{8, 0, 0, 8, 0, 0, 16, 0, 0, 0, 0, 8}, {0, 8, 0, 0, -8, 0, 0, 24, 0, 0, 0, 0}};
+    basis.level_steps.fill(8);  // the values above are multiples of it
     basis.predictors.assign(8, {300, -60, 10});
     basis.static_codes.assign(11, {});
     const Bytes stored = write_motion_basis(basis, shape, coding::plain_order(4)).bytes;
