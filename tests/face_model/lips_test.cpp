@@ -78,8 +78,14 @@ public:
         }
         border_.resize(mesh.vertex_count());
         for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) border_[v] = other[v] > 0;
+        // What the skin's folds put behind the other lip at rest, when nothing presses, is no overlap.
+        const Points normals = vertex_normals(mesh.positions, mesh.triangles);
+        for (int side = 0; side < 2; ++side)
+            folded_ += std::erase_if(vertices_[side], [&](std::uint32_t v) { return depth(v, triangles_[1 - side], mesh.positions, normals) > 0.05f; });
     }
 
+    std::size_t folded() const { return folded_; }
+    std::size_t vertices() const { return vertices_[0].size() + vertices_[1].size(); }
     std::size_t size() const { return std::min(triangles_[0].size(), triangles_[1].size()); }
 
     float deepest(const Points& points) const {
@@ -117,6 +123,7 @@ private:
     std::vector<Triangle> triangles_[2];        // lower, upper
     std::vector<std::uint32_t> vertices_[2];
     std::vector<char> border_;
+    std::size_t folded_ = 0;
 };
 
 struct Figures {
@@ -135,6 +142,7 @@ Figures measure(const samples::Actor& actor, const samples::Performance& perform
     EXPECT_TRUE(contact);
     const Overlap overlap(mesh);
     EXPECT_GT(overlap.size(), 150u);
+    EXPECT_LT(overlap.folded(), overlap.vertices() / 50) << "of " << overlap.vertices() << "; the ICT rig at rest overlaps in eight places near the corners";
     Figures figures;
     double count = 0;
     for (std::int64_t f = 0; f < performance.frames(); f += every) {
@@ -169,7 +177,7 @@ Figures measure(const samples::Actor& actor, const samples::Performance& perform
 
 void expect_lips_apart(const Figures& figures) {
     EXPECT_GT(figures.linear, 0.3f) << "mm: the weights alone let them pass, or this shows nothing";
-    EXPECT_LT(figures.held, figures.truth + 0.1f) << "mm: no deeper than the actor's own lips, as this measures them";
+    EXPECT_LT(figures.held, 0.1f) << "mm";
     EXPECT_LT(figures.held_error, figures.linear_error * 1.01);
 }
 
