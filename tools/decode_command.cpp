@@ -17,13 +17,15 @@ Result<int> decode(const Request& request) {
     MIEN_TRY(stream, StoredStream::open(request.file));
     if (!stream.reader().complete()) warn("'" + request.file + "': " + stream.reader().complaint());
     const Progress progress = progress_bar(request.quiet);
-    MIEN_TRY(clip, decode_stream(stream, progress));
+    MIEN_TRY(clip, decode_stream(stream, progress, request.no_texture ? Keep::all : Keep::textured));
     if (request.no_texture) clip.texture = nullptr;
     io::WriteOptions options;
     options.overwrite = request.overwrite;
     options.progress = progress;
     MIEN_CHECK(io::write_clip(request.output, clip, options));
     end_progress();
+    if (const auto frames = std::int64_t(stream.header().frames); clip.frame_count() < frames)
+        warn(fmt::format("'{}' holds {} of its {} frames", request.file, clip.frame_count(), frames));
     if (!request.quiet) fmt::print("{}: {} frames\n", request.output, clip.frame_count());
     return kDone;
 }

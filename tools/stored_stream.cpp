@@ -21,10 +21,13 @@ public:
         : stream_(std::move(stream)), info_(std::get<protocol::TextureInfo>(track.info)), slot_(track.rungs.front().slot), decoder_(std::move(decoder)) {
         for (const auto& entry : stream_.reader().index())
             if (entry.slot == slot_) groups_.push_back(entry);
+        // A stream that has been cut gives its whole groups: nobody knows whose pictures the rest of another are.
+        for (std::size_t g = 0; g < groups_.size() && std::int64_t(groups_[g].objects) == end_of(g) - groups_[g].first_time; ++g) frames_ = end_of(g);
+        if (stream_.reader().complete()) frames_ = std::int64_t(stream_.header().frames);
     }
     int width() const override { return int(info_.width); }
     int height() const override { return int(info_.height); }
-    std::int64_t frames() const override { return std::int64_t(stream_.header().frames); }
+    std::int64_t frames() const override { return frames_; }
 
     Result<Image> read(std::int64_t frame) override {
         if (frame < first_ || frame >= first_ + std::int64_t(pictures_.size())) MIEN_CHECK(load(frame));
@@ -33,17 +36,10 @@ public:
 
 private:
     Result<void> load(std::int64_t frame) {
-        const protocol::IndexEntry* entry = nullptr;
-        std::int64_t end = frames();   // of the group
-        for (const auto& candidate : groups_) {
-            if (candidate.first_time > frame) {
-                end = candidate.first_time;
-                break;
-            }
-            entry = &candidate;
-        }
-        if (!entry) return Error{ErrorCode::missing, "no texture group holds frame " + std::to_string(frame)};
-        MIEN_TRY(group, stream_.reader().read_group(*entry));
+        const auto after = std::upper_bound(groups_.begin(), groups_.end(), frame, [](std::int64_t f, const auto& entry) { return f < entry.first_time; });
+        if (after == groups_.begin()) return Error{ErrorCode::missing, "no texture group holds frame " + std::to_string(frame)};
+        const auto at = std::size_t(after - groups_.begin()) - 1;
+        MIEN_TRY(group, stream_.reader().read_group(groups_[at]));
         pictures_.clear();
         first_ = group.first_time;
         decoder_.begin_group(first_);
@@ -51,11 +47,17 @@ private:
             MIEN_TRY(ready, decoder_.push(object));
             keep(ready);
         }
-        MIEN_TRY(rest, decoder_.end_group(end - first_));
+        MIEN_TRY(rest, decoder_.end_group(end_of(at) - first_));
         keep(rest);
         if (frame >= first_ + std::int64_t(pictures_.size()))
             return Error{ErrorCode::missing, "the texture has no frame " + std::to_string(frame)};
         return {};
+    }
+    /// The frame behind a group: where the next one starts, at most a group's length later.
+    std::int64_t end_of(std::size_t g) const {
+        const auto frames = std::int64_t(stream_.header().frames), length = std::int64_t(stream_.header().group_frames);
+        const std::int64_t next = g + 1 < groups_.size() ? groups_[g + 1].first_time : frames;
+        return length > 0 && stream_.header().frames > 0 && g + 1 == groups_.size() ? std::min(next, groups_[g].first_time + length) : next;
     }
     void keep(const std::vector<decoder::TextureFrame>& frames) {
         for (const auto& frame : frames) pictures_.push_back(decoder::to_rgb(frame.picture));
@@ -66,9 +68,25 @@ private:
     std::uint8_t slot_;
     decoder::TextureDecoder decoder_;
     std::vector<protocol::IndexEntry> groups_;
+    std::int64_t frames_ = 0;
     std::vector<Image> pictures_;   // of one group
     std::int64_t first_ = 0;
 };
+
+/// Leaves the first `frames` frames of what moves.
+void shorten(Clip& clip, std::int64_t frames) {
+    for (auto* points : {&clip.vertices, &clip.markers})
+        if (*points && (*points)->frames > frames) {
+            (*points)->frames = frames;
+            (*points)->xyz.resize(std::size_t(frames * (*points)->points * 3));
+        }
+    if (clip.weights && clip.weights->frames > frames) {
+        clip.weights->frames = frames;
+        clip.weights->values.resize(std::size_t(frames * clip.weights->count));
+    }
+    clip.head_pose.resize(std::min(clip.head_pose.size(), std::size_t(frames)));
+    clip.gaze.resize(std::min(clip.gaze.size(), std::size_t(frames)));
+}
 
 /// A static texture as a source of one frame.
 class StillTexture final : public TextureSource {
@@ -245,7 +263,7 @@ Result<void> StoredStream::visit_motion(decoder::MotionDecoder& decoder,
     });
 }
 
-Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress) {
+Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress, Keep keep) {
     MIEN_TRY(model, stream.model());
     if (!stream.track(TrackKind::motion)) return Error{ErrorCode::missing, "the stream has no motion track"};
     Clip clip;
@@ -260,6 +278,8 @@ Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress)
     if (const protocol::Track* track = stream.track(TrackKind::texture)) {
         MIEN_TRY(texture, decoder::TextureDecoder::create(*track, track->rungs.front()));
         clip.texture = std::make_shared<StreamTexture>(stream, *track, std::move(texture));
+        if (clip.texture->frames() == 0) clip.texture = nullptr;  // cut inside its first group
+        else if (keep == Keep::textured) shorten(clip, clip.texture->frames());
     } else {
         for (const protocol::Layer& layer : stream.reader().manifest().layers) {
             if (layer.kind != protocol::LayerKind::static_albedo || layer.blobs.empty()) continue;

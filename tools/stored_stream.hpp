@@ -44,7 +44,9 @@ private:
 };
 
 /// Everything a stream gives back, in the shape of the clip that was encoded: its vertices, markers or weights, head pose,
-/// gaze, texture (decoded as it is read) and sound. `damaged` groups are an error.
-Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress = {});
+/// gaze, texture (decoded as it is read) and sound. `damaged` groups are an error. A stream that has been cut gives the frames
+/// that it still holds; its texture may end a group before its motion, and then so does what is `textured`.
+enum class Keep { textured, all };
+Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress = {}, Keep keep = Keep::textured);
 
 }  // namespace mien::tools

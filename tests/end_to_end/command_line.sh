@@ -114,6 +114,14 @@ refuses "cannot|permission|no such" "$mien" encode clip -o /proc/nowhere/x.mien
 refuses "cannot|no such" "$mien" info missing.mien
 head -c 3000 vertices.mien >cut.mien
 refuses "." "$mien" decode cut.mien -o cutclip
+# Cut behind the face model, a stream gives what it still holds.
+does "$mien" encode clip -o grouped.mien --group 0.1 --no-sound
+size=$(stat -c %s grouped.mien)
+for part in 95 98; do
+    head -c $((size * part / 100)) grouped.mien >cut.mien
+    says "holds [1-9][0-9]* of its" "$mien" decode cut.mien -o "held-$part"
+    does "$mien" check "held-$part"
+done
 echo "no stream at all" >text.mien
 refuses "text.mien" "$mien" info text.mien
 mkdir empty
