@@ -128,6 +128,8 @@ private:
 
 struct Figures {
     float truth = 0, linear = 0, held = 0;        // mm, deepest of all frames
+    float widest = 0;                             // mm between facing lips, of the truth
+    std::size_t pairs = 0;
     double linear_error = 0, held_error = 0;      // mm, mean of all vertices and frames
     float furthest = 0;                           // mm that anything was pushed
 };
@@ -144,6 +146,7 @@ Figures measure(const samples::Actor& actor, const samples::Performance& perform
     EXPECT_GT(overlap.size(), 150u);
     EXPECT_LT(overlap.folded(), overlap.vertices() / 50) << "of " << overlap.vertices() << "; the ICT rig at rest overlaps in eight places near the corners";
     Figures figures;
+    figures.pairs = contact->pairs.size();
     double count = 0;
     for (std::int64_t f = 0; f < performance.frames(); f += every) {
         samples::Instant instant = performance.instants[std::size_t(f)];
@@ -160,6 +163,7 @@ Figures measure(const samples::Actor& actor, const samples::Performance& perform
         const Points linear = model::evaluate(face, composed, motion);
         face.contact = contact;
         const Points held = model::evaluate(face, composed, motion);
+        for (const auto& [upper, lower] : contact->pairs) figures.widest = std::max(figures.widest, truth(upper, 1) - truth(lower, 1));
         figures.truth = std::max(figures.truth, overlap.deepest(truth));
         figures.linear = std::max(figures.linear, overlap.deepest(linear));
         figures.held = std::max(figures.held, overlap.deepest(held));
@@ -176,6 +180,8 @@ Figures measure(const samples::Actor& actor, const samples::Performance& perform
 }
 
 void expect_lips_apart(const Figures& figures) {
+    EXPECT_GT(figures.pairs, 30u);
+    EXPECT_GT(figures.widest, 5) << "mm between the lips";
     EXPECT_GT(figures.linear, 0.3f) << "mm: the weights alone let them pass, or this shows nothing";
     EXPECT_LT(figures.held, 0.1f) << "mm";
     EXPECT_LT(figures.held_error, figures.linear_error * 1.01);
