@@ -144,22 +144,6 @@ Result<void> decode_shape(ByteView bytes, std::uint32_t V, Mesh& mesh) {
     return {};
 }
 
-Bytes encode_points(PointsRef points, float step) {
-    Mesh mesh;
-    mesh.positions = points;
-    return encode_shape(mesh, step);
-}
-
-Result<Points> decode_points(ByteView bytes) {
-    ByteReader in(bytes);
-    const std::uint64_t N = in.varint();
-    if (!in.ok()) return damaged("shape");
-    if (N > kMaxVertices) return Error{ErrorCode::limit_exceeded, "the shape blob announces too many points"};
-    Mesh mesh;
-    MIEN_CHECK(decode_shape(bytes, std::uint32_t(N), mesh));
-    return mesh.positions;
-}
-
 namespace {
 
 constexpr float kTexcoordStep = 1.0f / 65536;

@@ -29,10 +29,6 @@ Bytes encode_shape(const Mesh& mesh, float step);
 /// Fills positions, mirror and parts of a mesh that has its triangles; V must agree with theirs.
 Result<void> decode_shape(ByteView bytes, std::uint32_t V, Mesh& mesh);
 
-/// Positions without connectivity: marker places. Same bytes as a shape of no triangles.
-Bytes encode_points(PointsRef points, float step);
-Result<Points> decode_points(ByteView bytes);
-
 /// Texture coordinates on a grid of 2^-16 and their triangles, predicted from the mesh's own.
 Bytes encode_texcoords(const Mesh& mesh);
 Result<void> decode_texcoords(ByteView bytes, Mesh& mesh);
