@@ -5,9 +5,9 @@
 #include <map>
 
 #include "core/parallel.hpp"
+#include "core/surface_distance.hpp"
 #include "encoder/lining.hpp"
 #include "encoder/slits.hpp"
-#include "encoder/surface_distance.hpp"
 
 namespace mien::encoder {
 namespace {

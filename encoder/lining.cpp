@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/parallel.hpp"
-#include "encoder/surface_distance.hpp"
+#include "core/surface_distance.hpp"
 
 namespace mien::encoder {
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "core/mesh.hpp"
-#include "encoder/surface_distance.hpp"
+#include "core/surface_distance.hpp"
 
 namespace mien::encoder {
 

@@ -6,7 +6,7 @@
 
 #include "encoder/blend_coefficients.hpp"
 #include "encoder/slits.hpp"
-#include "encoder/surface_distance.hpp"
+#include "core/surface_distance.hpp"
 #include "samples/markers.hpp"
 #include "samples/procedural_actor.hpp"
 #include "speech.hpp"

@@ -1,9 +1,9 @@
-#include "encoder/surface_distance.hpp"
+#include "core/surface_distance.hpp"
 
 #include <algorithm>
 #include <queue>
 
-namespace mien::encoder {
+namespace mien {
 
 SurfaceDistance::SurfaceDistance(const Mesh& mesh, std::uint32_t surfaces) {
     const std::vector<Surface> surface_of = mesh.triangle_surfaces();
@@ -65,4 +65,4 @@ std::vector<SurfaceDistance::Reached> SurfaceDistance::from(const std::vector<st
     return reached;
 }
 
-}  // namespace mien::encoder
+}  // namespace mien

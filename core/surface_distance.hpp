@@ -6,7 +6,7 @@
 
 #include "core/mesh.hpp"
 
-namespace mien::encoder {
+namespace mien {
 
 /// Distances along the skin: shortest paths over a mesh's edges and over the two triangles beside each edge. They exceed
 /// true geodesics by a few percent, which weights by distance do not feel.
@@ -30,4 +30,4 @@ private:
     std::vector<std::pair<std::uint32_t, float>> arcs_;  // to, length in mm
 };
 
-}  // namespace mien::encoder
+}  // namespace mien
