@@ -9,6 +9,7 @@
 #include "core/image.hpp"
 #include "core/mesh.hpp"
 #include "core/rational.hpp"
+#include "core/scan.hpp"
 
 namespace mien {
 
@@ -65,6 +66,8 @@ struct Clip {
     std::shared_ptr<TextureSource> texture;  ///< null when there is none; one frame only means a static texture
     std::optional<Image> mask;           ///< grey; texels that are part of the face are > 0
     std::optional<Sound> sound;
+    std::shared_ptr<const ScanSource> scans;  ///< one per frame; null when there are none
+    std::vector<Take> takes;             ///< ascending, the first at frame 0; or empty: all one
 
     std::int64_t frame_count() const {
         return vertices ? vertices->frames : markers ? markers->frames : weights ? weights->frames : 0;

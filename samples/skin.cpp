@@ -168,9 +168,11 @@ struct Skin::Painted {
         }
     }
 
-    // What varies from frame to frame, per vertex: light that comes in, blood, and how deep wrinkles are.
-    std::vector<Eigen::Array4f> shade(const Instant& instant, PointsRef deformed) const {
-        const Eigen::VectorXf open = occlusion.at(deformed, vertex_normals(deformed, triangles), reach);
+    // How much blood a vertex holds beside neutral, and how deep wrinkles are.
+    struct Flush {
+        float blood, depth;
+    };
+    std::vector<Flush> flush(const Instant& instant, PointsRef deformed) const {
         const Strain::Field field = strain.at(deformed);
         // Knitting the brows, baring the teeth and shutting the eyes hard flush the whole face a little.
         static const std::array<int, 6> kEffort{arkit_index("BrowDownLeft"),  arkit_index("BrowDownRight"),
@@ -179,22 +181,36 @@ struct Skin::Painted {
         float effort = 0;
         for (const int i : kEffort)
             effort += std::clamp(instant.weights[std::size_t(i)], 0.0f, 1.0f) / float(kEffort.size());
+        std::vector<Flush> flushed(strength.size());
+        for (std::size_t v = 0; v < flushed.size(); ++v) {
+            // Squeezed skin holds more blood, up to a point; stretched skin can only lose what it had.
+            const float growth = field.growth[Eigen::Index(v)];
+            flushed[v].blood = (growth < 0 ? 0.9f : 0.38f) * std::tanh(-1.5f * growth) + 0.18f * effort;
+            flushed[v].depth = std::clamp(1.6f * (field.squeeze[Eigen::Index(v)] - 0.05f), 0.0f, 1.0f);
+        }
+        return flushed;
+    }
 
+    // What varies from frame to frame, per vertex: light that comes in, blood, and how deep wrinkles are.
+    std::vector<Eigen::Array4f> shade(const Instant& instant, PointsRef deformed) const {
+        const Eigen::VectorXf open = occlusion.at(deformed, vertex_normals(deformed, triangles), reach);
+        const std::vector<Flush> flushed = flush(instant, deformed);
         std::vector<Eigen::Array4f> shaded(strength.size());
         for (std::size_t v = 0; v < shaded.size(); ++v) {
-            const auto row = Eigen::Index(v);
             float sum = 0;
             for (std::uint32_t i = begin[v]; i < begin[v + 1]; ++i) sum += open[around[i]];
             const auto count = float(begin[v + 1] - begin[v]);
-            const float light = count > 0 ? 0.5f * open[row] + 0.5f / count * sum : 1.0f;
-            // Squeezed skin holds more blood, up to a point; stretched skin can only lose what it had.
-            const float growth = field.growth[row];
-            const float blood = (growth < 0 ? 0.9f : 0.38f) * std::tanh(-1.5f * growth) + 0.18f * effort;
-            const float depth = std::clamp(1.6f * (field.squeeze[row] - 0.05f), 0.0f, 1.0f);
+            const float light = count > 0 ? 0.5f * open[Eigen::Index(v)] + 0.5f / count * sum : 1.0f;
             // A little darker than the sky alone makes it: what light there is comes from few sides.
-            shaded[v] = {1 - strength[v] * (1 - light * std::sqrt(light)), blood, depth, 0};
+            shaded[v] = {1 - strength[v] * (1 - light * std::sqrt(light)), flushed[v].blood, flushed[v].depth, 0};
         }
         return shaded;
+    }
+
+    // The albedo under so much blood and so deep a fold.
+    static float tinted(const Texel& texel, int k, float blood, float fold) {
+        const float x = -blood * kBloodAbsorption[k] - fold * (0.45f + 0.6f * kBloodAbsorption[k]);
+        return texel.albedo[k] * (1 + x * (1 + x * (0.5f + x * (1 / 6.0f))));  // e^x, near 0
     }
 
     int size;
@@ -254,9 +270,7 @@ Image Skin::texture(const Instant& instant, PointsRef deformed) const {
         const float light = here[0], blood = here[1] * texel.perfusion, fold = here[2] * texel.crease;
         std::uint8_t* pixel = image.pixels.data() + std::size_t(texel.place) * 3;
         for (int k = 0; k < 3; ++k) {
-            const float x = -blood * kBloodAbsorption[k] - fold * (0.45f + 0.6f * kBloodAbsorption[k]);
-            const float tinted =
-                texel.albedo[k] * (1 + x * (1 + x * (0.5f + x * (1 / 6.0f))));  // e^x, near 0
+            const float tinted = Painted::tinted(texel, k, blood, fold);
             // Light bounced about in a hollow of this colour: what is hidden stays warm (the sum over all
             // bounces).
             const float lit = tinted * light / (1 - tinted * (1 - light));
@@ -281,6 +295,23 @@ Image Skin::mask() const {
     Image mask(painted_->size, painted_->size, 1);
     for (const Painted::Texel& texel : painted_->texels) mask.pixels[texel.place] = 255;
     return mask;
+}
+
+FloatMap Skin::albedo(const Instant& instant, PointsRef deformed, float outside) const {
+    const Painted& skin = *painted_;
+    assert(deformed.rows() == Eigen::Index(skin.strength.size()));
+    const std::vector<Painted::Flush> flushed = skin.flush(instant, deformed);
+    FloatMap map(skin.size, skin.size, 3);
+    map.values.assign(map.values.size(), outside);
+    for (const Painted::Texel& texel : skin.texels) {
+        const auto& [a, b, c] = texel.corners;
+        const float w = 1 - texel.b1 - texel.b2;
+        const float blood = texel.perfusion * (w * flushed[a].blood + texel.b1 * flushed[b].blood + texel.b2 * flushed[c].blood);
+        const float fold = texel.crease * (w * flushed[a].depth + texel.b1 * flushed[b].depth + texel.b2 * flushed[c].depth);
+        for (int k = 0; k < 3; ++k)
+            map.values[std::size_t(texel.place) * 3 + std::size_t(k)] = Painted::tinted(texel, k, blood, fold);
+    }
+    return map;
 }
 
 FloatMap Skin::albedo() const {

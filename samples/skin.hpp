@@ -43,6 +43,10 @@ public:
     /// Grey, 255 where a chart covers the texel centre, else 0: exactly texel_map().used().
     Image mask() const;
 
+    /// Linear albedo of one instant, 3 channels, `outside` outside the charts: blood and creases, but no occlusion.
+    /// `deformed`: V x 3, mm, head space. May be called from several threads at once.
+    FloatMap albedo(const Instant& instant, PointsRef deformed, float outside = 0) const;
+
     /// Linear albedo before anything that depends on the instant, 3 channels, zero outside the charts.
     FloatMap albedo() const;
 

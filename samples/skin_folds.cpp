@@ -5,20 +5,20 @@
 
 namespace mien::samples {
 
-void Painter::add_fold(Landmarks::Line line, float width, float depth) {
-    Fold fold{std::move(line), width, depth, Vec2::Constant(1e9f), Vec2::Constant(-1e9f)};
-    for (Vec3& p : fold.line) {
-        p.z() = 0;
-        fold.low = fold.low.cwiseMin(p.head<2>() - Vec2::Constant(3 * width));
-        fold.high = fold.high.cwiseMax(p.head<2>() + Vec2::Constant(3 * width));
-    }
-    folds_.push_back(std::move(fold));
-}
-
-void Painter::lay_folds() {
-    const Landmarks& marks = places_.marks();
-    const float s = places_.scale();
-    Random random(seed_ + 7);
+std::vector<Fold> fold_lines(const Places& places, std::uint32_t seed) {
+    std::vector<Fold> folds;
+    const auto add_fold = [&](Landmarks::Line line, float width, float depth) {
+        Fold fold{std::move(line), width, depth, Vec2::Constant(1e9f), Vec2::Constant(-1e9f)};
+        for (Vec3& p : fold.line) {
+            p.z() = 0;
+            fold.low = fold.low.cwiseMin(p.head<2>() - Vec2::Constant(3 * width));
+            fold.high = fold.high.cwiseMax(p.head<2>() + Vec2::Constant(3 * width));
+        }
+        folds.push_back(std::move(fold));
+    };
+    const Landmarks& marks = places.marks();
+    const float s = places.scale();
+    Random random(seed + 7);
     const auto line = [](int points, auto&& at) {
         Landmarks::Line result;
         for (int i = 0; i < points; ++i) result.push_back(at(float(i) / float(points - 1)));
@@ -48,7 +48,7 @@ void Painter::lay_folds() {
     for (int side = 0; side < 2; ++side) {
         const float out = side == 1 ? 1.0f : -1.0f;
         // Crow's feet.
-        const Vec3 corner = places_.outer_corner(side);
+        const Vec3 corner = places.outer_corner(side);
         for (const float tilt : {0.55f, 0.16f, -0.22f, -0.55f})
             add_fold(line(8,
                           [&](float t) -> Vec3 {
@@ -89,11 +89,12 @@ void Painter::lay_folds() {
         const bool upper = i < 13;
         const float t = 0.10f + 0.80f * (float(i % 13) + random.uniform(0.2f, 0.8f)) / 13;
         const Vec3 start = line_point(upper ? marks.upper_lip_outline : marks.lower_lip_outline, t);
-        const Vec3 way = (start - places_.mouth_centre() + Vec3(0, upper ? 9 * s : -9 * s, 0)).normalized();
+        const Vec3 way = (start - places.mouth_centre() + Vec3(0, upper ? 9 * s : -9 * s, 0)).normalized();
         const float reach = random.uniform(3.5f, 7) * s;
         add_fold(line(4, [&](float u) -> Vec3 { return start + way * (0.8f * s + u * reach); }), 0.4f * s,
                  0.4f);
     }
+    return folds;
 }
 
 float Painter::crease(const Vec3& p) const {

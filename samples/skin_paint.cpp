@@ -41,7 +41,7 @@ Painter::Painter(const Mesh& neutral, const Landmarks& landmarks, const Complexi
     }
     if (head.area() > 0) grow_scalp(head, scalp);
     grow_lashes(lashes);
-    lay_folds();
+    folds_ = fold_lines(places_, seed_);
 }
 
 Pigment Painter::paint(Surface surface, const Vec3& p, const Vec3& normal, float footprint,

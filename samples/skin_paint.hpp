@@ -23,6 +23,15 @@ struct Pigment {
     float crease = 0;     ///< how deep a wrinkle lies here when the skin folds, 0 .. 1
 };
 
+/// A line the skin wrinkles along, seen from the front.
+struct Fold {
+    Landmarks::Line line;    ///< z = 0
+    float width, depth;      ///< half width, mm; 0 .. 1
+    Vec2 low, high;          ///< a box that its influence does not leave
+};
+/// Forehead, between the brows, crow's feet, under the eyes, nasolabial, across the nose, round the lips.
+std::vector<Fold> fold_lines(const Places& places, std::uint32_t seed);
+
 /// Paints every kind of surface of a head, point by point in the space of its neutral mesh. Thread-safe once
 /// made.
 class Painter {
@@ -43,8 +52,6 @@ private:
     Pigment mouth(const Vec3& p, const Vec3& normal) const;
     Pigment hair(const Vec3& p, const Vec3& normal, float footprint) const;
     float crease(const Vec3& p) const;
-    void lay_folds();
-    void add_fold(Landmarks::Line line, float width, float depth);
     Vec3 hair_flow(const Vec3& p, const Vec3& normal) const;
 
     void grow_brows(const SurfaceSampler& face, Random& random);
@@ -58,11 +65,6 @@ private:
     std::uint32_t seed_;
     float teeth_low_ = 0, teeth_high_ = 0, teeth_middle_ = 0;  // heights of the arches and of the bite, mm
     StrokeField spots_, hairs_;                                // under and over the skin's own detail
-    struct Fold {  // a line the skin wrinkles along, seen from the front
-        Landmarks::Line line;
-        float width, depth;
-        Vec2 low, high;
-    };
     std::vector<Fold> folds_;
 };
 

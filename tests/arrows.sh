@@ -11,6 +11,7 @@ declare -A may=(
     [decoder]="model coding protocol core"
     [net]="protocol core"
     [render]="model core"
+    [analysis]="model io media core"
     [samples]="model io media core"
     [server]="net protocol core"
     [player]="decoder net render io model coding protocol media core"
