@@ -1,0 +1,127 @@
+#include "analysis/layer_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/parallel.hpp"
+
+namespace mien::analysis {
+namespace {
+
+constexpr std::size_t kSparse = 1500;
+constexpr std::int64_t kBlock = 1024;  // texels that one thread takes at a time
+
+}  // namespace
+
+LayerFit::LayerFit(int predictors, int values, std::size_t texels, int takes)
+    : equations_(predictors, values), texels_(texels), takes_(takes), sums_(texels * equations_.size()) {
+    const std::size_t stride = std::max<std::size_t>(1, texels / kSparse);
+    for (std::size_t i = stride / 2; i < texels; i += stride) sparse_.push_back(std::uint32_t(i));
+    by_take_.assign(std::size_t(takes) * sparse_.size() * equations_.size(), 0);
+}
+
+void LayerFit::add(const std::vector<Frame>& batch) {
+    const auto n = std::int64_t(texels_);
+    const int values = equations_.values();
+    parallel_for((n + kBlock - 1) / kBlock, [&](std::int64_t block) {
+        std::vector<double> x(std::size_t(equations_.predictors())), y(static_cast<std::size_t>(values));
+        for (std::int64_t i = block * kBlock; i < std::min(n, (block + 1) * kBlock); ++i) {
+            const auto sparse = std::lower_bound(sparse_.begin(), sparse_.end(), std::uint32_t(i));
+            const bool apart = sparse != sparse_.end() && *sparse == std::uint32_t(i);
+            for (const Frame& frame : batch) {
+                bool seen = true;
+                for (int v = 0; v < values; ++v) {
+                    y[std::size_t(v)] = double(frame.values[std::size_t(v) * texels_ + std::size_t(i)]);
+                    seen &= std::isfinite(y[std::size_t(v)]);
+                }
+                if (!seen) continue;
+                frame.predictors(std::uint32_t(i), x.data());
+                equations_.add({sums_.data() + std::size_t(i) * equations_.size(), equations_.size()}, x.data(), y.data());
+                if (apart)
+                    equations_.add({by_take_.data() + sparse_at(frame.take, std::size_t(sparse - sparse_.begin())), equations_.size()}, x.data(), y.data());
+            }
+        }
+    });
+}
+
+void LayerFit::keep(const std::vector<std::uint32_t>& texels) {
+    const std::size_t size = equations_.size();
+    std::vector<std::uint32_t> sparse;
+    std::vector<std::size_t> from;
+    for (std::size_t i = 0, k = 0; i < texels.size(); ++i) {
+        std::copy_n(sums_.begin() + std::ptrdiff_t(texels[i] * size), size, sums_.begin() + std::ptrdiff_t(i * size));
+        while (k < sparse_.size() && sparse_[k] < texels[i]) ++k;
+        if (k < sparse_.size() && sparse_[k] == texels[i]) {
+            sparse.push_back(std::uint32_t(i));
+            from.push_back(k);
+        }
+    }
+    std::vector<double> by_take;
+    for (int take = 0; take < takes_; ++take)
+        for (const std::size_t k : from)
+            by_take.insert(by_take.end(), by_take_.begin() + std::ptrdiff_t(sparse_at(take, k)), by_take_.begin() + std::ptrdiff_t(sparse_at(take, k) + size));
+    texels_ = texels.size();
+    sums_.resize(texels_ * size);
+    sparse_ = std::move(sparse);
+    by_take_ = std::move(by_take);
+}
+
+double LayerFit::left_out_error(int terms, const std::vector<int>& degrees, const Ridge& ridge) const {
+    std::vector<double> errors(sparse_.size(), 0), counts(sparse_.size(), 0);
+    parallel_for(std::int64_t(sparse_.size()), [&](std::int64_t k) {
+        std::vector<double> rest(equations_.size()), coefficients(static_cast<std::size_t>(terms));
+        for (int take = 0; take < takes_; ++take) {
+            const std::span<const double> own(by_take_.data() + sparse_at(take, std::size_t(k)), equations_.size());
+            if (equations_.count(own) == 0) continue;
+            for (std::size_t i = 0; i < rest.size(); ++i) rest[i] = sums(sparse_[std::size_t(k)])[i] - (takes_ > 1 ? own[i] : 0);
+            for (int v = 0; v < equations_.values(); ++v) {
+                equations_.solve(rest, v, terms, degrees, ridge, coefficients.data());
+                errors[std::size_t(k)] += equations_.squared_error(own, v, terms, coefficients.data());
+                counts[std::size_t(k)] += equations_.count(own);
+            }
+        }
+    });
+    double error = 0, count = 0;
+    for (std::size_t k = 0; k < errors.size(); ++k) error += errors[k], count += counts[k];
+    return count > 0 ? error / count : 0;
+}
+
+std::vector<float> LayerFit::solve(int terms, const std::vector<int>& degrees, const Ridge& ridge) const {
+    std::vector<float> planes(std::size_t(values() * terms) * texels_);
+    const auto n = std::int64_t(texels_);
+    parallel_for((n + kBlock - 1) / kBlock, [&](std::int64_t block) {
+        std::vector<double> coefficients(static_cast<std::size_t>(terms));
+        for (std::int64_t i = block * kBlock; i < std::min(n, (block + 1) * kBlock); ++i)
+            for (int v = 0; v < values(); ++v) {
+                equations_.solve(sums(std::size_t(i)), v, terms, degrees, ridge, coefficients.data());
+                for (int k = 0; k < terms; ++k)
+                    planes[std::size_t(v * terms + k) * texels_ + std::size_t(i)] = float(coefficients[std::size_t(k)]);
+            }
+    });
+    return planes;
+}
+
+Ridge choose_ridge(const LayerFit& fit, int terms, const std::vector<int>& degrees, int takes) {
+    if (takes < 3) return kDefaultRidge;
+    Ridge ridge{0, 0, 0, true};
+    const auto choose = [&](int first_terms, double Ridge::* strength, std::initializer_list<double> candidates) {
+        double least = std::numeric_limits<double>::infinity(), best = 0;
+        for (const double candidate : candidates) {
+            ridge.*strength = candidate;
+            if (const double error = fit.left_out_error(first_terms, degrees, ridge); error < least) least = error, best = candidate;
+        }
+        ridge.*strength = best;
+    };
+    const auto up_to = [&](int degree) {
+        int count = 0;
+        while (count < terms && degrees[std::size_t(count)] <= degree) ++count;
+        return count;
+    };
+    choose(up_to(1), &Ridge::linear, {1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3});
+    if (up_to(2) > up_to(1)) choose(up_to(2), &Ridge::quadratic, {0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30});
+    if (up_to(3) > up_to(2)) choose(up_to(3), &Ridge::cubic, {0.1, 1, 10, 100, 1000});
+    return ridge;
+}
+
+}  // namespace mien::analysis

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "analysis/polynomial_fit.hpp"
+
+namespace mien::analysis {
+
+/// The least-squares problems of all texels of a layer for one kind of predictors, gathered frame by frame. Memory is one set
+/// of sums per texel, whatever the number of frames; a few thousand texels also keep theirs apart by take, for choosing
+/// strengths.
+class LayerFit {
+public:
+    LayerFit(int predictors, int values, std::size_t texels, int takes);
+
+    /// One frame of a batch: predictors of a texel, its values (stride `texels`, NaN: not seen) and the take it belongs to.
+    struct Frame {
+        std::function<void(std::uint32_t texel, double* x)> predictors;
+        const float* values;
+        int take;
+    };
+    void add(const std::vector<Frame>& batch);
+
+    std::size_t texels() const { return texels_; }
+    int values() const { return equations_.values(); }
+    double count(std::size_t texel) const { return sums_[texel * equations_.size()]; }
+    void keep(const std::vector<std::uint32_t>& texels);  ///< drops all others; ascending
+
+    /// Mean squared error over texels, values and frames when each take in turn is left out of the fit; with one take only, of
+    /// the fit itself.
+    double left_out_error(int terms, const std::vector<int>& degrees, const Ridge& ridge) const;
+    /// Coefficients [value][term][texel].
+    std::vector<float> solve(int terms, const std::vector<int>& degrees, const Ridge& ridge) const;
+
+private:
+    std::span<const double> sums(std::size_t texel) const { return {sums_.data() + texel * equations_.size(), equations_.size()}; }
+    std::size_t sparse_at(int take, std::size_t k) const { return (std::size_t(take) * sparse_.size() + k) * equations_.size(); }
+
+    NormalEquations equations_;
+    std::size_t texels_;
+    int takes_;
+    std::vector<double> sums_;                // [texel]
+    std::vector<std::uint32_t> sparse_;       // texels that are also kept by take, ascending
+    std::vector<double> by_take_;             // [take][sparse]
+};
+
+/// Strengths with the least left-out error, one degree after the other: linear terms alone, then with the quadratic ones added, then
+/// the cubic, as far as `terms` goes. With fewer than three takes there is too little to choose by: the defaults.
+Ridge choose_ridge(const LayerFit& fit, int terms, const std::vector<int>& degrees, int takes);
+
+/// When there is nothing to choose by.
+inline constexpr Ridge kDefaultRidge{1e-3, 0.3, 0.3, true};
+
+}  // namespace mien::analysis

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "analysis/deformation_axes.hpp"
+#include "analysis/polynomial_fit.hpp"
+#include "core/clip.hpp"
+#include "core/progress.hpp"
+#include "model/detail_model.hpp"
+
+namespace mien::analysis {
+
+/// What the values of a texel are explained by.
+enum class Predictors {
+    polynomial,   ///< the terms of d1, d2
+    deformation,  ///< rival of equal storage: 1 and the interpolated 5-D vector S
+    global,       ///< rival of equal storage: 1 and the first five principal components of all markers' offsets
+    neutral,      ///< rival: the mean over frames at rest
+};
+
+struct TrainingOptions {
+    AxisOptions axes;
+    /// Strengths; unset: chosen by leaving out one take after another (the paper's way: axes.smoothing = paper and a small Ridge with
+    /// orthogonal = false).
+    std::optional<Ridge> ridge;
+    model::PolynomialOrder order = model::PolynomialOrder::biquadratic;
+    std::vector<std::uint32_t> fixed;  ///< vertices that follow the head pose alone: skull, neck ring
+    bool rivals = false;          ///< also fit all orders and rivals, for a report
+    double reach_mm = 30;         ///< texels farther from every marker, along the skin, are left out
+    double high_pass_mm = 4;      ///< sigma of what the medium layer is left to carry
+    Progress progress;
+};
+
+/// A fitted way to explain one layer: coefficients [channel][term][texel] of some predictors.
+struct FittedMap {
+    Predictors predictors = Predictors::polynomial;
+    int terms = 0, channels = 0;
+    Ridge ridge;
+    std::vector<float> planes;
+};
+
+struct TrainedModel {
+    model::DetailModel model;
+    std::shared_ptr<const model::MarkerDriver> driver;
+    std::array<double, model::kDeformationSize> axis_energy{};  ///< Table 1 of the paper, cumulative
+    Ridge medium_ridge, fine_ridge, albedo_ridge;
+    std::int64_t frames = 0;
+    double high_pass_sigma = 0;   ///< texels of the fine map
+
+    // With options.rivals, in this order: polynomial linear, biquadratic, bicubic; deformation; global; neutral.
+    std::vector<FittedMap> medium, fine, albedo;
+    Eigen::MatrixXd global_components;  ///< 3M x 5, scaled to scores of unit RMS
+    Eigen::Matrix<double, model::kDeformationSize, 1> deformation_scale;  ///< RMS of the components of S
+};
+
+/// Fits a face's detail from a clip with neutral, marker_sites, markers and scans (Ma et al. 2008, section 4). Frames are read
+/// twice, a few at a time. Errors: what is missing, by name; those of the scans.
+Result<TrainedModel> train(const Clip& clip, const TrainingOptions& options);
+
+/// Markers of a frame in head space: the clip's pose removed, or one fitted to the neutral markers where the clip has none.
+Points head_space_markers(const Clip& clip, std::int64_t frame, PointsRef neutral_markers);
+
+/// What fills predictors for the texels of one frame.
+class FramePredictors {
+public:
+    FramePredictors(const TrainedModel& trained, PointsRef markers);
+    const model::DrivenFrame& frame() const { return frame_; }
+    /// Writes predictor_count(kind) numbers; `triangle` is that of the texel's run.
+    void at(Predictors kind, const model::DomainMap& domain, std::uint32_t triangle, std::uint32_t texel, double* out) const;
+
+private:
+    const TrainedModel& trained_;
+    model::DrivenFrame frame_;
+    double global_[5];
+};
+int predictor_count(Predictors kind);
+
+/// Where every texel of a domain is on the mesh.
+std::vector<TexelMap::Texel> domain_texels(const model::DomainMap& domain, const TexelMap& texels);
+
+/// What the medium layer is to explain: scan minus base shape, [3][texels] mm; NaN: not seen.
+void medium_target(const FloatMap& scan, const Mesh& neutral, const model::DomainMap& domain, const std::vector<TexelMap::Texel>& where,
+                   PointsRef base, float* out);
+/// What the fine layer is to explain: how far the scan lies over the model's medium surface along its normal, high-passed,
+/// [texels] mm. `medium`: the model's values of this frame, [3][medium texels].
+class FineTarget {
+public:
+    FineTarget(const model::DetailModel& model, double sigma);
+    void compute(const FloatMap& scan, PointsRef base, const float* medium, float* out) const;
+
+private:
+    const model::DetailModel& model_;
+    double sigma_;
+    model::MediumSurface surface_;
+    std::vector<model::DomainSampler::Sample> samples_;  // of every fine texel in the medium map
+    std::vector<TexelMap::Texel> where_;
+};
+
+}  // namespace mien::analysis
