@@ -126,7 +126,7 @@ Result<Evaluation> evaluate_clip(const TrainedModel& trained, const Clip& clip, 
     LayerJudge medium_judge(trained.medium, model.medium_domain, 3, true), fine_judge(trained.fine, model.fine_domain, 1, true),
         albedo_judge(trained.albedo, model.fine_domain, 3, false);
     const auto where = domain_texels(model.medium_domain, make_texel_map(model.neutral, model.medium_domain.width, model.medium_domain.height, 1u << int(Surface::skin)));
-    const FineTarget fine_target(model, trained.high_pass_sigma);
+    const FineTarget fine_target(model, trained.high_pass_sigma, trained.fine_over);
     Evaluation evaluation;
     std::vector<std::int64_t> frames;
     for (std::int64_t f = 0; f < clip.markers->frames; f += stride) frames.push_back(f);
@@ -154,7 +154,7 @@ Result<Evaluation> evaluate_clip(const TrainedModel& trained, const Clip& clip, 
             model::evaluate(model.medium, model.medium_domain, driven.parameters, medium.data());
             const std::size_t n = model.fine_domain.size();
             ready.fine.resize(n);
-            fine_target.compute(scan->fine, driven.base, medium.data(), ready.fine.data());
+            fine_target.compute(*scan, driven.base, medium.data(), ready.fine.data());
             if (!albedo) return;
             ready.albedo.resize(3 * n);
             for (std::size_t k = 0; k < n; ++k)

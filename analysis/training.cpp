@@ -238,15 +238,16 @@ private:
     Result<void> gather_fine(std::vector<LayerFit>& fine, std::vector<LayerFit>& albedo) {
         const model::DetailModel& model = trained_.model;
         const model::DomainMap& domain = model.fine_domain;
-        const FineTarget target(model, trained_.high_pass_sigma);
+        const FineTarget target(model, trained_.high_pass_sigma, options_.fine_over);
+        trained_.fine_over = options_.fine_over;
         const std::size_t n = domain.size();
         std::vector<float> heights(n * 2 * std::size_t(thread_count())), colours(albedo.empty() ? 0 : 3 * heights.size());
-        return each_batch("fitting the fine layer", {false, true, !albedo.empty()},
+        return each_batch("fitting the fine layer", {options_.fine_over == FineOver::scan, true, !albedo.empty()},
             [&](std::int64_t i, const Scan& scan) {
                 const model::DrivenFrame& frame = drives_[std::size_t(i)]->frame();
                 std::vector<float> medium(3 * model.medium_domain.size());
                 model::evaluate(model.medium, model.medium_domain, frame.parameters, medium.data());
-                target.compute(scan.fine, frame.base, medium.data(), heights.data() + std::size_t(i) * n);
+                target.compute(scan, frame.base, medium.data(), heights.data() + std::size_t(i) * n);
                 for (int c = 0; c < 3 && !albedo.empty(); ++c)
                     for (std::size_t k = 0; k < n; ++k)
                         colours[(3 * std::size_t(i) + std::size_t(c)) * n + k] = scan.albedo.values[3 * std::size_t(domain.place[k]) + std::size_t(c)];

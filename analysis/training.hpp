@@ -21,6 +21,12 @@ enum class Predictors {
     neutral,      ///< rival: the mean over frames at rest
 };
 
+/// What the fine layer is measured over.
+enum class FineOver {
+    scan,   ///< the medium surface as scanned: the layer learns the skin's relief alone
+    model,  ///< the model's own medium surface: it also takes over, from the training frames, what the medium layer could not say
+};
+
 struct TrainingOptions {
     AxisOptions axes;
     /// Strengths; unset: chosen by leaving out one take after another (the paper's way: axes.smoothing = paper and a small Ridge with
@@ -30,6 +36,7 @@ struct TrainingOptions {
     std::vector<std::uint32_t> fixed;  ///< vertices that follow the head pose alone: skull, neck ring
     bool rivals = false;          ///< also fit all orders and rivals, for a report
     double reach_mm = 30;         ///< texels farther from every marker, along the skin, are left out
+    FineOver fine_over = FineOver::scan;
     double high_pass_mm = 4;      ///< sigma of what the medium layer is left to carry
     Progress progress;
 };
@@ -49,6 +56,7 @@ struct TrainedModel {
     Ridge medium_ridge, fine_ridge, albedo_ridge;
     std::int64_t frames = 0;
     double high_pass_sigma = 0;   ///< texels of the fine map
+    FineOver fine_over = FineOver::scan;
 
     // With options.rivals, in this order: polynomial linear, biquadratic, bicubic; deformation; global; neutral.
     std::vector<FittedMap> medium, fine, albedo;
@@ -84,16 +92,17 @@ std::vector<TexelMap::Texel> domain_texels(const model::DomainMap& domain, const
 /// What the medium layer is to explain: scan minus base shape, [3][texels] mm; NaN: not seen.
 void medium_target(const FloatMap& scan, const Mesh& neutral, const model::DomainMap& domain, const std::vector<TexelMap::Texel>& where,
                    PointsRef base, float* out);
-/// What the fine layer is to explain: how far the scan lies over the model's medium surface along its normal, high-passed,
-/// [texels] mm. `medium`: the model's values of this frame, [3][medium texels].
+/// What the fine layer is to explain: how far the full scan lies over the medium surface along the normal of the model's medium
+/// surface, high-passed, [texels] mm. `medium`: the model's values of this frame, [3][medium texels].
 class FineTarget {
 public:
-    FineTarget(const model::DetailModel& model, double sigma);
-    void compute(const FloatMap& scan, PointsRef base, const float* medium, float* out) const;
+    FineTarget(const model::DetailModel& model, double sigma, FineOver over);
+    void compute(const Scan& scan, PointsRef base, const float* medium, float* out) const;
 
 private:
     const model::DetailModel& model_;
     double sigma_;
+    FineOver over_;
     model::MediumSurface surface_;
     std::vector<model::DomainSampler::Sample> samples_;  // of every fine texel in the medium map
     std::vector<TexelMap::Texel> where_;

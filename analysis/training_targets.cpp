@@ -33,8 +33,8 @@ void medium_target(const FloatMap& scan, const Mesh& neutral, const model::Domai
     }
 }
 
-FineTarget::FineTarget(const model::DetailModel& model, double sigma)
-    : model_(model), sigma_(sigma), surface_(model.neutral, model.medium_domain),
+FineTarget::FineTarget(const model::DetailModel& model, double sigma, FineOver over)
+    : model_(model), sigma_(sigma), over_(over), surface_(model.neutral, model.medium_domain),
       where_(domain_texels(model.fine_domain, make_texel_map(model.neutral, model.fine_domain.width, model.fine_domain.height, 1u << int(Surface::skin)))) {
     const model::DomainMap& domain = model.fine_domain;
     const model::DomainSampler sampler(model.medium_domain);
@@ -43,17 +43,24 @@ FineTarget::FineTarget(const model::DetailModel& model, double sigma)
                                        1 - (float(place / std::uint32_t(domain.width)) + 0.5f) / float(domain.height)}));
 }
 
-void FineTarget::compute(const FloatMap& scan, PointsRef base, const float* medium, float* out) const {
+void FineTarget::compute(const Scan& scan, PointsRef base, const float* medium, float* out) const {
     const model::DomainMap& domain = model_.fine_domain;
     const Points normals = vertex_normals(surface_.move(base, medium), model_.neutral.triangles);
+    const auto scanned = [&](const model::DomainSampler::Sample& sample, const FloatMap& map, int c) {
+        float sum = 0;
+        for (int k = 0; k < sample.count; ++k)
+            sum += sample.weight[k] * map.values[3 * std::size_t(model_.medium_domain.place[sample.texel[k]]) + std::size_t(c)];
+        return sum;
+    };
     FloatMap over(domain.width, domain.height, 1);
     over.values.assign(over.values.size(), kNaN);
     for (std::size_t i = 0; i < domain.size(); ++i) {
         if (samples_[i].count == 0) continue;
         const Triangle& corners = model_.neutral.triangles[where_[i].triangle];
-        Vec3 p = on_triangle(base, corners, where_[i]);
-        for (int c = 0; c < 3; ++c) p[c] += model::sampled(samples_[i], medium, model_.medium_domain.size(), c);
-        const Eigen::Map<const Vec3> seen(scan.values.data() + 3 * std::size_t(domain.place[i]));
+        Vec3 p = over_ == FineOver::scan ? Vec3(Vec3::Zero()) : on_triangle(base, corners, where_[i]);
+        for (int c = 0; c < 3; ++c)
+            p[c] += over_ == FineOver::scan ? scanned(samples_[i], scan.medium, c) : model::sampled(samples_[i], medium, model_.medium_domain.size(), c);
+        const Eigen::Map<const Vec3> seen(scan.fine.values.data() + 3 * std::size_t(domain.place[i]));
         over.values[domain.place[i]] = (seen - p).dot(on_triangle(normals, corners, where_[i]).normalized());
     }
     const FloatMap fine = high_pass(over, sigma_);
