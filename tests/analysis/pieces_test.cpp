@@ -1,0 +1,145 @@
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <random>
+
+#include "analysis/high_pass.hpp"
+#include "analysis/texture_triangulation.hpp"
+#include "tests/analysis/sheets.hpp"
+
+namespace mien::analysis {
+namespace {
+
+std::vector<double> gather(const NormalEquations& equations, const std::vector<double>& truth, int samples) {
+    std::mt19937 random(5);
+    std::normal_distribution<double> normal;
+    std::vector<double> sums(equations.size());
+    for (int i = 0; i < samples; ++i) {
+        double x[model::kMaxTerms], y = 0;
+        const double d1 = normal(random), d2 = 0.4 * d1 + normal(random);
+        model::polynomial_terms(d1, d2, x);
+        for (std::size_t k = 0; k < truth.size(); ++k) y += truth[k] * x[k];
+        equations.add(sums, x, &y);
+    }
+    return sums;
+}
+
+TEST(NormalEquations, GivesBackAPolynomialAndItsError) {
+    const NormalEquations equations(6, 1);
+    const std::vector<double> truth = {0.3, -1, 2, 0.5, -0.7, 0.11};
+    const auto sums = gather(equations, truth, 40);
+    double out[6];
+    for (const bool orthogonal : {true, false}) {
+        equations.solve(sums, 0, 6, polynomial_degrees(), {0, 0, 0, orthogonal}, out);
+        for (int k = 0; k < 6; ++k) EXPECT_NEAR(out[k], truth[std::size_t(k)], 1e-9);
+        EXPECT_NEAR(equations.squared_error(sums, 0, 6, out), 0, 1e-8);
+    }
+}
+
+TEST(NormalEquations, AStrongRidgeOnQuadraticTermsLeavesTheLinearFit) {
+    const NormalEquations equations(6, 1);
+    const auto sums = gather(equations, {0.3, -1, 2, 0.5, -0.7, 0.11}, 40);
+    double linear[3], held[6], plain[6];
+    equations.solve(sums, 0, 3, polynomial_degrees(), {}, linear);
+    equations.solve(sums, 0, 6, polynomial_degrees(), {0, 1e9, 0, true}, held);
+    equations.solve(sums, 0, 6, polynomial_degrees(), {1e9, 1e9, 0, false}, plain);
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(held[k], linear[k], 1e-6);
+    EXPECT_NEAR(plain[1], 0, 1e-6) << "the paper's ridge holds all alike";
+}
+
+TEST(NormalEquations, WhatSamplesDoNotTellApartIsZero) {
+    const NormalEquations equations(6, 1);
+    std::vector<double> sums(equations.size());
+    for (int i = 0; i < 9; ++i) {
+        double x[model::kMaxTerms];
+        const double d = i * 0.2, y = 1 + 3 * d;
+        model::polynomial_terms(d, -2 * d, x);
+        equations.add(sums, x, &y);
+    }
+    double out[6];
+    equations.solve(sums, 0, 6, polynomial_degrees(), {}, out);
+    EXPECT_NEAR(out[0], 1, 1e-6);
+    EXPECT_NEAR(out[1], 3, 1e-6);
+    EXPECT_EQ(out[2], 0);
+    EXPECT_EQ(out[4], 0);
+    EXPECT_EQ(out[5], 0);
+}
+
+TEST(DeformationAxes, AlignedFramesRunAlikeHaveUnitPowerAndKeepTheirPlanes) {
+    const Clip clip = sheet_clip(50);
+    const auto triangles = triangulate_over_texture(*clip.neutral, clip.marker_sites);
+    const model::DeformationMeter meter(model::make_marker_mesh(*clip.neutral, clip.marker_sites, triangles));
+    DeformationMoments moments(meter.mesh());
+    std::vector<model::Deformations> all;
+    for (std::int64_t f = 0; f < 50; ++f) {
+        all.push_back(meter.measure(clip.markers->frame(f)));
+        moments.add(all.back());
+    }
+    const auto energy = axis_energy(moments);
+    EXPECT_NEAR(energy[4], 1, 1e-9);
+    EXPECT_GT(energy[1], energy[0]);
+    const model::DomainAxes axes = deformation_axes(moments), paper = deformation_axes(moments, {.smoothing = AxisSmoothing::none});
+    double alike = 0, pairs = 0;
+    for (std::size_t i = 0; i < moments.markers(); ++i) {
+        const auto row = Eigen::Index(i);
+        double p1 = 0, p12 = 0;
+        for (const auto& S : all) {
+            const double d1 = S.row(row).dot(axes.q.row(row)), d2 = S.row(row).dot(axes.r.row(row));
+            p1 += d1 * d1 / 50;
+            p12 += d1 * d2 / 50;
+        }
+        EXPECT_NEAR(p1, 1, 0.05);
+        EXPECT_NEAR(p12, 0, 0.05);
+        // The same plane as the principal axes': R of 2 x 5 frames has the same row space.
+        Eigen::Matrix<float, 3, model::kDeformationSize> three;
+        three << axes.q.row(row).normalized(), paper.q.row(row).normalized(), paper.r.row(row).normalized();
+        EXPECT_LT(Eigen::JacobiSVD<Eigen::MatrixXf>(three).singularValues()[2], 1e-2f);
+        for (std::size_t k = 0; k < moments.beside(i).size(); ++k) {
+            const std::uint32_t j = moments.beside(i)[k];
+            double shared = 0;
+            for (const auto& S : all) shared += double(S.row(row).dot(axes.q.row(row))) * S.row(j).dot(axes.q.row(j)) / 50;
+            alike += shared;
+            ++pairs;
+        }
+    }
+    EXPECT_GT(alike / pairs, 0.8) << "mean correlation of neighbouring markers' d1";
+}
+
+TEST(TextureTriangulation, CoversASheetAndIsCutAtASlit) {
+    Clip clip = sheet_clip(1);
+    EXPECT_EQ(triangulate_over_texture(*clip.neutral, clip.marker_sites).size(), 50u) << "6 x 6 markers";
+    // Without the triangles of one row the skin has a slit, but for its ends.
+    Mesh mesh = *clip.neutral;
+    std::erase_if(mesh.triangles, [](const Triangle& t) {
+        const std::uint32_t low = std::min({t[0], t[1], t[2]}) / 21, column = t[0] % 21;
+        return low == 9 && column >= 1 && column < 20;
+    });
+    mesh.texcoord_triangles = mesh.triangles;
+    const auto cut = triangulate_over_texture(mesh, clip.marker_sites);
+    EXPECT_LT(cut.size(), 50u);
+    for (const Triangle& t : cut) {
+        int above = 0, middle = 0;
+        for (const std::uint32_t m : t) {
+            above += mesh.positions(clip.marker_sites[m].vertices[0], 1) > -1;
+            middle += std::abs(mesh.positions(clip.marker_sites[m].vertices[0], 0)) < 6;
+        }
+        EXPECT_TRUE(middle < 3 || above == 0 || above == 3) << "across the slit's middle";
+    }
+}
+
+TEST(HighPass, KeepsFineWavesAndDropsSlowOnesAndIgnoresHoles) {
+    FloatMap map(96, 80, 1);
+    for (int y = 0; y < 80; ++y)
+        for (int x = 0; x < 96; ++x) *map.at(x, y) = 5 + 0.02f * float(x) + std::sin(2 * std::numbers::pi_v<float> * float(x) / 6);
+    for (int y = 30; y < 40; ++y)
+        for (int x = 20; x < 50; ++x) *map.at(x, y) = std::nanf("");
+    const FloatMap high = high_pass(map, 6);
+    for (int y = 24; y < 56; ++y)
+        for (int x = 24; x < 72; ++x) {
+            if (y >= 30 && y < 40 && x >= 20 && x < 50) EXPECT_TRUE(std::isnan(*high.at(x, y)));
+            else EXPECT_NEAR(*high.at(x, y), std::sin(2 * std::numbers::pi_v<float> * float(x) / 6), 0.15f) << x << ' ' << y;
+        }
+}
+
+}  // namespace
+}  // namespace mien::analysis

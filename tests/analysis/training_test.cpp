@@ -1,0 +1,143 @@
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "analysis/evaluation.hpp"
+#include "analysis/texture_triangulation.hpp"
+#include "tests/analysis/sheets.hpp"
+
+namespace mien::analysis {
+namespace {
+
+constexpr int kSize = 32;
+
+/// A model over the clip's markers with known coefficients: some mm of displacement, some hundredths of albedo.
+struct Known {
+    model::DetailModel model;
+    std::shared_ptr<const model::MarkerDriver> driver;
+};
+Known known_model(const Clip& clip) {
+    Known known;
+    known.model.neutral = *clip.neutral;
+    known.model.sites = clip.marker_sites;
+    known.model.marker_triangles = triangulate_over_texture(*clip.neutral, clip.marker_sites);
+    known.driver = std::make_shared<model::MarkerDriver>(*clip.neutral, clip.marker_sites, std::vector<std::uint32_t>{}, known.model.marker_triangles);
+    DeformationMoments moments(known.driver->mesh());
+    for (std::int64_t f = 0; f < clip.markers->frames; ++f) {
+        Points markers = clip.markers->frame(f);
+        model::fill_missing_markers(known.driver->mesh(), markers);
+        moments.add(known.driver->meter().measure(markers));
+    }
+    known.model.axes = deformation_axes(moments);
+    const TexelMap texels = make_texel_map(*clip.neutral, kSize, kSize);
+    known.model.medium_domain = known.model.fine_domain = model::make_domain_map(*clip.neutral, texels, clip.marker_sites, known.driver->mesh(), 30);
+    const std::size_t n = known.model.medium_domain.size();
+    known.model.medium = known.model.albedo = model::PolynomialMap(3, model::PolynomialOrder::biquadratic, n);
+    for (std::size_t i = 0; i < known.model.medium.planes.size(); ++i) {
+        known.model.medium.planes[i] = 1.5f * std::sin(0.37f * float(i % 1013) + 0.2f);
+        known.model.albedo.planes[i] = 0.04f * std::cos(0.21f * float(i % 977));
+    }
+    return known;
+}
+
+/// The largest difference of two maps' values over all frames of a clip, beside the largest value.
+double relative_difference(const Clip& clip, const Known& known, const TrainedModel& trained, const model::PolynomialMap& a, const model::PolynomialMap& b) {
+    double most = 0, scale = 0;
+    std::vector<float> x(std::size_t(a.channels) * a.texels), y = x;
+    EXPECT_EQ(a.texels, b.texels);
+    for (std::int64_t f = 0; f < clip.markers->frames; ++f) {
+        model::evaluate_plain(a, known.model.medium_domain, known.driver->drive(clip.markers->frame(f), known.model.axes).parameters, x.data());
+        model::evaluate_plain(b, trained.model.medium_domain, trained.driver->drive(clip.markers->frame(f), trained.model.axes).parameters, y.data());
+        for (std::size_t i = 0; i < x.size(); ++i) {
+            most = std::max(most, double(std::abs(x[i] - y[i])));
+            scale = std::max(scale, double(std::abs(x[i])));
+        }
+    }
+    return most / scale;
+}
+
+TEST(Training, RecoversAKnownPolynomialDisplacementMapWithoutRidge) {
+    Clip clip = sheet_clip(60);
+    const Known known = known_model(clip);
+    clip.scans = std::make_shared<ModelScans>(clip, known.model, known.driver);
+    TrainingOptions options;
+    options.ridge = Ridge{};
+    const auto trained = train(clip, options);
+    ASSERT_TRUE(trained.ok()) << trained.error().message;
+    ASSERT_EQ(trained->model.medium_domain.size(), known.model.medium_domain.size());
+    EXPECT_LT(relative_difference(clip, known, *trained, known.model.medium, trained->model.medium), 1e-5);
+    EXPECT_LT(relative_difference(clip, known, *trained, known.model.albedo, trained->model.albedo), 1e-5);
+    double coefficients = 0;
+    for (std::size_t i = 0; i < known.model.medium.planes.size(); ++i)
+        coefficients = std::max(coefficients, double(std::abs(known.model.medium.planes[i] - trained->model.medium.planes[i])));
+    EXPECT_LT(coefficients, 1e-3) << "where d1 and d2 vary enough, the coefficients themselves come back";
+}
+
+TEST(Training, MissingMarkersAreFilledInAndUnseenTexelsLeftOut) {
+    Clip clip = sheet_clip(60);
+    for (std::int64_t f = 1; f < 60; ++f) clip.markers->frame(f).row((7 * f) % 36).setConstant(std::numeric_limits<float>::quiet_NaN());
+    const Known known = known_model(clip);
+    clip.scans = std::make_shared<ModelScans>(clip, known.model, known.driver, 4);
+    TrainingOptions options;
+    options.ridge = Ridge{};
+    const auto trained = train(clip, options);
+    ASSERT_TRUE(trained.ok()) << trained.error().message;
+    const model::DomainMap& domain = trained->model.medium_domain;
+    EXPECT_LT(domain.size(), known.model.medium_domain.size());
+    for (const std::uint32_t place : domain.place) EXPECT_GE(place, 4u * kSize);
+    const auto evaluated = [&] {
+        TrainingOptions all = options;
+        all.rivals = true;
+        return evaluate_clip(*train(clip, all), clip);
+    }();
+    ASSERT_TRUE(evaluated.ok());
+    for (const LayerErrors& way : evaluated->medium) {
+        if (way.name == "biquadratic") {
+            EXPECT_LT(way.errors.maximum(), 1e-3);
+        }
+        if (way.name == "linear") {
+            EXPECT_GT(way.errors.mean(), 0.3);
+        }
+        if (way.name == "base") {
+            EXPECT_GT(way.errors.mean(), 1);
+        }
+    }
+}
+
+TEST(Training, FewFramesStayFinite) {
+    Clip clip = sheet_clip(7);
+    const Known known = known_model(clip);
+    clip.scans = std::make_shared<ModelScans>(clip, known.model, known.driver);
+    for (const bool chosen : {false, true}) {
+        TrainingOptions options;
+        if (!chosen) options.ridge = Ridge{};
+        const auto trained = train(clip, options);
+        ASSERT_TRUE(trained.ok()) << trained.error().message;
+        for (const float c : trained->model.medium.planes) ASSERT_TRUE(std::isfinite(c));
+    }
+    clip = sheet_clip(3);
+    clip.scans = std::make_shared<ModelScans>(clip, known.model, known.driver);
+    EXPECT_FALSE(train(clip, {}).ok()) << "no texel is seen often enough";
+}
+
+TEST(Training, SaysWhatIsMissing) {
+    Clip clip = sheet_clip(8);
+    auto result = train(clip, {});
+    ASSERT_FALSE(result.ok());
+    EXPECT_NE(result.error().message.find("scans"), std::string::npos);
+    clip.marker_sites.clear();
+    EXPECT_NE(train(clip, {}).error().message.find("marker_sites"), std::string::npos);
+}
+
+TEST(ErrorSummary, TellsMeanMaximumAndPercentiles) {
+    ErrorSummary a, b;
+    for (int i = 1; i <= 1000; ++i) (i % 2 ? a : b).add(i * 0.001);
+    a.merge(b);
+    EXPECT_NEAR(a.mean(), 0.5005, 1e-9);
+    EXPECT_DOUBLE_EQ(a.maximum(), 1);
+    EXPECT_NEAR(a.percentile(0.99), 0.99, 0.02);
+    EXPECT_NEAR(a.percentile(0.5), 0.5, 0.01);
+}
+
+}  // namespace
+}  // namespace mien::analysis
