@@ -5,7 +5,7 @@
 
 #include "encoder/lining.hpp"
 #include "encoder/slits.hpp"
-#include "encoder/surface_distance.hpp"
+#include "core/surface_distance.hpp"
 
 namespace mien::encoder {
 namespace {

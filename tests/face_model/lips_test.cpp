@@ -5,7 +5,7 @@
 #include "encoder/blend_coefficients.hpp"
 #include "encoder/lip_contact.hpp"
 #include "encoder/slits.hpp"
-#include "encoder/surface_distance.hpp"
+#include "core/surface_distance.hpp"
 #include "samples/ict_actor.hpp"
 #include "samples/live_take.hpp"
 #include "samples/markers.hpp"
