@@ -47,6 +47,25 @@ void check_texture(const Clip& clip, Findings& findings, const Progress& progres
     }
 }
 
+/// Reads every scan: what cannot be read or is infinite is a problem. Returns the share of texels that were seen.
+double check_scans(const Clip& clip, Findings& findings, const Progress& progress) {
+    CappedFindings wrong(findings, Severity::problem, ErrorCode::damaged, "scans that cannot be read");
+    const std::int64_t frames = std::min(clip.scans->frames(), std::max<std::int64_t>(clip.frame_count(), 1));
+    std::int64_t seen = 0, all = 0;
+    for (std::int64_t f = 0; f < frames; ++f) {
+        const auto scan = clip.scans->read(f);
+        if (!scan) {
+            wrong.add(fmt::format("scan {}: {}", f, scan.error().message));
+            continue;
+        }
+        for (std::size_t i = 0; i < scan->medium.values.size(); i += 3) seen += std::isfinite(scan->medium.values[i]);
+        all += std::int64_t(scan->medium.values.size() / 3);
+        if (progress) progress("checking scans", f + 1, frames);
+    }
+    if (all > 0 && seen == 0) findings.problem(ErrorCode::invalid, "the scans show no texel at all");
+    return all > 0 ? double(seen) / double(all) : 0;
+}
+
 }  // namespace
 
 ClipReport check_clip(const std::filesystem::path& path, const Progress& progress) {
@@ -93,6 +112,14 @@ ClipReport check_clip(const std::filesystem::path& path, const Progress& progres
         if (report.texture_width % 2 || report.texture_height % 2)
             reading.findings.note(fmt::format("the texture is {} x {}; odd sides are padded by one texel when encoded", report.texture_width, report.texture_height));
     }
+    if (clip.scans) {
+        report.scan_medium_size = clip.scans->medium_size();
+        report.scan_fine_size = clip.scans->fine_size();
+        report.scan_albedo = clip.scans->has_albedo();
+        report.scan_frames = clip.scans->frames();
+        report.scan_seen = check_scans(clip, reading.findings, progress);
+    }
+    report.takes = std::int64_t(clip.takes.size());
     if (clip.sound) {
         report.sound_rate = clip.sound->sample_rate;
         report.sound_channels = clip.sound->channels;
@@ -124,6 +151,9 @@ std::string ClipReport::text() const {
         line("box", fmt::format("{:.1f} x {:.1f} x {:.1f} mm from ({:.1f}, {:.1f}, {:.1f})", size.x(), size.y(), size.z(), low.x(), low.y(), low.z()));
     }
     if (texture_frames > 0) line("texture", fmt::format("{} x {}, {}{}", texture_width, texture_height, texture_frames == 1 ? "static" : fmt::format("{} frames", texture_frames), mask ? ", with a mask" : ""));
+    if (scan_frames > 0)
+        line("scans", fmt::format("{} frames, {}² medium, {}² fine{}, {:.1f} % of the texels seen", scan_frames, scan_medium_size, scan_fine_size, scan_albedo ? " and albedo" : "", 100 * scan_seen));
+    if (takes > 0) line("takes", fmt::format("{}", takes));
     if (sound_rate > 0) line("sound", fmt::format("{} Hz, {} channel{}, {:.3f} s", sound_rate, sound_channels, sound_channels == 1 ? "" : "s", sound_seconds));
     for (const Finding& finding : findings) s += fmt::format("{}: {}\n", name_of(finding.severity), finding.text);
     if (good()) s += "no problems\n";
@@ -151,6 +181,9 @@ std::string ClipReport::json() const {
     j["mask"] = mask;
     if (has_box) j["box_mm"] = {{low.x(), low.y(), low.z()}, {high.x(), high.y(), high.z()}};
     if (texture_frames > 0) j["texture"] = {{"width", texture_width}, {"height", texture_height}, {"frames", texture_frames}};
+    if (scan_frames > 0)
+        j["scans"] = {{"frames", scan_frames}, {"medium_size", scan_medium_size}, {"fine_size", scan_fine_size}, {"albedo", scan_albedo}, {"seen", scan_seen}};
+    if (takes > 0) j["takes"] = takes;
     if (sound_rate > 0) j["sound"] = {{"sample_rate", sound_rate}, {"channels", sound_channels}, {"seconds", sound_seconds}};
     j["findings"] = nlohmann::ordered_json::array();
     for (const Finding& finding : findings) j["findings"].push_back({{"severity", name_of(finding.severity)}, {"text", finding.text}});

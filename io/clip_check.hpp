@@ -30,6 +30,10 @@ struct ClipReport {
     Vec3 low = Vec3::Zero(), high = Vec3::Zero();  ///< box around the motion (the neutral mesh if nothing has positions), mm
     int texture_width = 0, texture_height = 0;
     std::int64_t texture_frames = 0;
+    int scan_medium_size = 0, scan_fine_size = 0;  ///< texels per side; 0: no scans
+    bool scan_albedo = false;
+    std::int64_t scan_frames = 0, takes = 0;
+    double scan_seen = 0;          ///< share of the medium maps' texels that were seen
     int sound_rate = 0, sound_channels = 0;
     double sound_seconds = 0;
     std::vector<Finding> findings;

@@ -128,6 +128,27 @@ ClipDescription::Targets take_targets(Keys& keys) {
     return targets;
 }
 
+/// [{"name": "smile", "first": 0}, ...], ascending from frame 0.
+std::vector<Take> take_takes(Keys& keys) {
+    std::vector<Take> takes;
+    const char* key = "takes";
+    const auto value = keys.take(key);
+    if (!value) return takes;
+    for (const Json& entry : value->is_array() ? *value : Json::array({*value})) {
+        if (!entry.is_object() || !entry.contains("first") || !entry["first"].is_number_integer()) {
+            keys.problem(key, fmt::format("entry {} lacks \"first\", the take's first frame", takes.size()));
+            return {};
+        }
+        const auto first = entry["first"].get<std::int64_t>();
+        if (takes.empty() ? first != 0 : first <= takes.back().first) {
+            keys.problem(key, takes.empty() ? "must begin with frame 0" : fmt::format("must ascend, but frame {} follows {}", first, takes.back().first));
+            return {};
+        }
+        takes.push_back({entry.value("name", Json("")).is_string() ? entry.value("name", Json("")).get<std::string>() : "", first});
+    }
+    return takes;
+}
+
 std::optional<Rational> take_rate(Keys& keys) {
     const auto value = keys.take("fps");
     if (!value) return std::nullopt;
@@ -275,6 +296,10 @@ ClipDescription parse_description(std::string_view json, const fs::path& folder,
         for (const Json& mask : masks->is_array() ? *masks : Json::array({*masks}))
             if (const auto path = keys.path("masks", mask)) description.masks.push_back(*path);
     }
+    description.positions_medium = keys.take_path("positions_medium");
+    description.positions_fine = keys.take_path("positions_fine");
+    description.albedo = keys.take_path("albedo");
+    description.takes = take_takes(keys);
     if (const auto names = keys.take("weight_names")) {
         if (names->is_array())
             for (const Json& name : *names) description.weight_names.push_back(name.is_string() ? name.get<std::string>() : "");

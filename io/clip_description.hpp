@@ -19,7 +19,9 @@ struct ClipDescription {
     std::optional<Rational> frame_rate;
     std::optional<Unit> unit;
     std::optional<Path> neutral, vertices, markers, weights, head_pose, gaze, texture, sound;
-    std::vector<Path> masks;
+    std::vector<Path> masks;                        ///< pictures, or one folder or pattern: masks of every scan
+    std::optional<Path> positions_medium, positions_fine, albedo;  ///< scans
+    std::vector<Take> takes;
     std::vector<Path> vertex_files, texture_files;  ///< numbered files found in a folder, instead of `vertices` and `texture`
 
     /// A file, or the numbers themselves, row by row.

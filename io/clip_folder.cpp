@@ -19,6 +19,7 @@
 #include "io/npy.hpp"
 #include "io/number_table.hpp"
 #include "io/numbered_files.hpp"
+#include "io/scan_files.hpp"
 #include "io/sound_file.hpp"
 #include "io/text.hpp"
 #include "io/texture_file.hpp"
@@ -50,6 +51,7 @@ public:
         read_sound_file();
         settle_rate();
         settle_unit();
+        read_scans();
         validate(clip_, sources_, findings_);
         return std::move(reading_);
     }
@@ -479,6 +481,7 @@ private:
                 clip_.texture = std::move(opened->source);
             }
         }
+        if (scan_masks()) return;
         for (const fs::path& path : description_.masks) {
             auto mask = take(read_image(path, 1));
             if (!mask) continue;
@@ -491,6 +494,27 @@ private:
                 for (std::size_t i = 0; i < mask->pixels.size(); ++i) clip_.mask->pixels[i] = std::max(clip_.mask->pixels[i], mask->pixels[i]);
             }
         }
+    }
+
+    /// The folder or pattern of numbered masks, one per frame, that `masks` names; nothing if it names pictures of the whole clip.
+    std::optional<fs::path> scan_masks() const {
+        std::error_code ignored;
+        if (description_.masks.size() != 1 || fs::is_regular_file(description_.masks[0], ignored)) return std::nullopt;
+        return description_.masks[0];
+    }
+
+    /// After the unit is known: maps are scaled as they are read.
+    void read_scans() {
+        clip_.takes = description_.takes;
+        const bool medium = description_.positions_medium.has_value(), fine = description_.positions_fine.has_value();
+        if (!medium && !fine) {
+            if (description_.albedo) findings_.warn("\"albedo\" is not used: there are no positions_medium and positions_fine");
+            if (scan_masks()) problem(ErrorCode::missing, fmt::format("{} is no picture", description_.masks[0].string()));
+            return;
+        }
+        if (!medium || !fine) return problem(ErrorCode::missing, fmt::format("scans need both positions_medium and positions_fine, but there is no {}", medium ? "positions_fine" : "positions_medium"));
+        if (auto scans = take(open_scans({*description_.positions_medium, *description_.positions_fine, description_.albedo, scan_masks()}, millimetres(clip_.unit))))
+            clip_.scans = std::move(*scans);
     }
 
     void read_sound_file() {

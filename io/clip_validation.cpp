@@ -150,6 +150,12 @@ void check_media(const Clip& clip, const ClipSources& sources, Findings& finding
             findings.problem(ErrorCode::mismatch, fmt::format("the mask is {} x {}, but {} is {} x {}", clip.mask->width, clip.mask->height, sources.texture,
                                                               clip.texture->width(), clip.texture->height()));
     }
+    if (clip.scans) {
+        if (clip.scans->frames() < frames) findings.problem(ErrorCode::mismatch, fmt::format("there are scans of {} frames, but the motion has {}", clip.scans->frames(), frames));
+        if (clip.scans->frames() > frames) findings.warn(fmt::format("there are scans of {} frames, the motion has only {}; the rest is left out", clip.scans->frames(), frames));
+    }
+    if (!clip.takes.empty() && clip.takes.back().first >= frames)
+        findings.problem(ErrorCode::mismatch, fmt::format("the last take begins with frame {}, but the motion has {}", clip.takes.back().first, frames));
     if (clip.sound && frames > 0) {
         if (clip.sound->samples.empty()) return findings.problem(ErrorCode::invalid, fmt::format("{} has no samples", sources.sound));
         const double picture = double(frames) / clip.frame_rate.value(), off = clip.sound->seconds() - picture;

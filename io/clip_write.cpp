@@ -14,6 +14,7 @@
 #include "io/image_file.hpp"
 #include "io/npy.hpp"
 #include "io/obj.hpp"
+#include "io/scan_files.hpp"
 #include "io/sound_file.hpp"
 #include "io/text.hpp"
 #include "media/video_writer.hpp"
@@ -268,6 +269,12 @@ Result<void> write_clip(const fs::path& path, const Clip& clip, const WriteOptio
     MIEN_CHECK(write_statics(staging.path(), clip, json));
     write_motion(staging.path(), clip, json);
     MIEN_CHECK(write_texture(staging.path(), clip, options, json));
+    if (clip.scans) {
+        MIEN_CHECK(write_scans(staging.path(), *clip.scans, std::min(clip.scans->frames(), clip.frame_count()), millimetres(clip.unit), options.progress));
+        for (const char* key : {"positions_medium", "positions_fine", "albedo"})
+            if (key != std::string("albedo") || clip.scans->has_albedo()) json[key] = key;
+    }
+    for (const Take& take : clip.takes) json["takes"].push_back({{"name", take.name}, {"first", take.first}});
     write_file(staging.path() / "clip.json", text_of(json));
     move_into_place(staging.path(), target);
     return {};

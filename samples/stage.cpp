@@ -10,9 +10,11 @@
 #include "io/clip_folder.hpp"
 #include "io/sound_file.hpp"
 #include "samples/ict_actor.hpp"
+#include "samples/performance_training.hpp"
 #include "samples/procedural_actor.hpp"
 #include "samples/skin.hpp"
 #include "samples/speech.hpp"
+#include "samples/stage_scans.hpp"
 #include "samples/stage_texture.hpp"
 
 namespace mien::samples {
@@ -24,8 +26,8 @@ constexpr std::int64_t kMaxFrames = 200'000;  // two hours at 25 Hz
 
 Result<void> check(const StageOptions& options) {
     const auto wrong = [](std::string why) { return Error{ErrorCode::invalid, std::move(why)}; };
-    if (int(options.say.has_value()) + int(options.weights.has_value()) + int(options.expressions) > 1)
-        return wrong("--say, --weights and --expressions exclude one another");
+    if (int(options.say.has_value()) + int(options.weights.has_value()) + int(options.expressions) + int(options.session.has_value()) > 1)
+        return wrong("--say, --weights, --expressions and --session exclude one another");
     if (options.say && options.sound) return wrong("--sound goes with --weights or --expressions: speech brings its own");
     if (options.frames && !options.weights) return wrong("--frames cuts a take, so it needs --weights");
     if (!options.identity.empty() && !options.actor.starts_with("ict:")) return wrong("--identity is for --actor ict:DIR");
@@ -34,6 +36,14 @@ Result<void> check(const StageOptions& options) {
     if (options.markers < 0 || options.markers > 20'000) return wrong("--markers must be from 0 to 20000");
     if (!(options.noise >= 0 && options.noise <= 100)) return wrong("--noise must be from 0 to 100 mm");
     if (!(options.missing >= 0 && options.missing <= 0.9)) return wrong("--missing must be from 0 to 0.9");
+    if (options.session && *options.session != "training" && *options.session != "asymmetric-smile" && *options.session != "raised-brow")
+        return wrong(fmt::format("there is no session '{}'; use training, asymmetric-smile or raised-brow", *options.session));
+    if (options.session && (options.seconds || options.fps)) return wrong("--seconds and --fps are not for --session: use --take-frames");
+    if (options.take_frames < 2 || options.take_frames > 1000) return wrong("--take-frames must be from 2 to 1000");
+    if (options.range_frames < 0 || options.range_frames > 10'000) return wrong("--range-frames must be from 0 to 10000");
+    if (options.scan_size < 32 || options.scan_size > 4096) return wrong("--scan-size must be from 32 to 4096");
+    if (!(options.scan_noise >= 0 && options.scan_noise <= 100)) return wrong("--scan-noise must be from 0 to 100 mm");
+    if (!(options.scan_holes >= 0 && options.scan_holes <= 0.9)) return wrong("--scan-holes must be from 0 to 0.9");
     if (options.texture_size != 0 && (options.texture_size < 16 || options.texture_size > 8192))
         return wrong("--texture-size must be 0 or from 16 to 8192");
     return {};
@@ -63,6 +73,10 @@ void act(const Performance& performance, const Actor& actor, Clip& clip, const P
 
 Result<Performance> make_performance(const StageOptions& options) {
     MIEN_CHECK(check(options));
+    if (options.session)
+        return *options.session == "training"           ? perform_training(options.take_frames, options.range_frames, options.seed).performance
+               : *options.session == "asymmetric-smile" ? perform_unseen(kAsymmetricSmile, options.take_frames)
+                                                        : perform_unseen(kRaisedBrow, options.take_frames);
     const Rational rate = options.fps.value_or(Rational{30, 1});
     const double seconds = options.seconds.value_or(0);
     if (options.weights) {
@@ -102,7 +116,8 @@ Result<void> stage(const StageOptions& options, const fs::path& output, const Pr
     MIEN_TRY(performance, make_performance(options));
     if (performance.frames() > kMaxFrames)
         return Error{ErrorCode::limit_exceeded, fmt::format("{} frames are more than the stage makes at once; use --seconds or --frames", performance.frames())};
-    MIEN_TRY(actor, make_actor(options));
+    MIEN_TRY(made, make_actor(options));
+    const std::shared_ptr<const Actor> actor = std::move(made);
     std::optional<Skin> skin;
 
     Clip clip;
@@ -132,6 +147,13 @@ Result<void> stage(const StageOptions& options, const fs::path& output, const Pr
         skin.emplace(*actor, options.texture_size, options.seed);
         clip.mask = skin->mask();
         clip.texture = std::make_shared<StageTexture>(*actor, *skin, performance.instants);
+    }
+    if (options.session == "training") clip.takes = perform_training(options.take_frames, options.range_frames, options.seed).takes;
+    if (options.scans) {
+        if (progress) progress("preparing the scanner", 0, 0);
+        const ScannerOptions scanner{.medium_size = options.scan_size, .fine_size = 2 * options.scan_size, .albedo = true, .noise = options.scan_noise,
+                                     .holes = options.scan_holes, .seed = options.seed};
+        clip.scans = std::make_shared<StageScans>(actor, performance.instants, scanner);
     }
     return io::write_clip(output, clip, {.overwrite = options.force, .texture_video = true, .progress = progress});
 }

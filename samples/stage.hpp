@@ -30,6 +30,13 @@ struct StageOptions {
     std::optional<std::filesystem::path> sound;
     /// --expressions: a silent range of motion instead of speech.
     bool expressions = false;
+    /// --session: "training" (six expressions from neutral to their extremes, then a range of motion), "asymmetric-smile" or
+    /// "raised-brow" (which no training shows), instead of speech.
+    std::optional<std::string> session;
+    /// --take-frames: of each expression of a session.
+    int take_frames = 20;
+    /// --range-frames: of the range of motion that ends a training session; 0 for none.
+    int range_frames = 30;
     /// --seconds: repeats, pads or cuts the performance to so many seconds.
     std::optional<double> seconds;
     /// --frames A:B: frames A to B - 1 of the take alone.
@@ -44,6 +51,14 @@ struct StageOptions {
     double missing = 0;
     /// --texture-size: side of the texture video in texels; 0 for no texture.
     int texture_size = 1024;
+    /// --scans: also write what a scanner sees of every frame: position maps and albedo.
+    bool scans = false;
+    /// --scan-size: side of the medium maps in texels; the fine ones have twice as many.
+    int scan_size = 512;
+    /// --scan-noise: standard deviation of every scanned coordinate, mm.
+    double scan_noise = 0;
+    /// --scan-holes: share of texels that a scan misses, 0 .. 0.9.
+    double scan_holes = 0;
     /// --seed: of everything that is drawn by lot.
     std::uint64_t seed = 0;
     /// --force: replace a clip that is there already.

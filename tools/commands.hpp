@@ -11,5 +11,6 @@ void add_encode(CLI::App& mien, int& code);
 void add_decode(CLI::App& mien, int& code);
 void add_info(CLI::App& mien, int& code);
 void add_verify(CLI::App& mien, int& code);
+void add_train(CLI::App& mien, int& code);
 
 }  // namespace mien::tools

@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
     add_decode(mien, code);
     add_info(mien, code);
     add_verify(mien, code);
+    add_train(mien, code);
     try {
         mien.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

@@ -10,7 +10,7 @@ namespace {
 
 struct Request {
     samples::StageOptions options;
-    std::string output, say, weights, sound, frames, fps;
+    std::string output, say, weights, sound, frames, fps, session;
     int threads = 0;
     bool quiet = false;
 };
@@ -37,6 +37,7 @@ Result<int> stage(Request& request) {
     samples::StageOptions& options = request.options;
     if (!request.say.empty()) options.say = request.say;
     if (!request.weights.empty()) options.weights = request.weights;
+    if (!request.session.empty()) options.session = request.session;
     if (!request.sound.empty()) options.sound = request.sound;
     if (!request.frames.empty()) {
         MIEN_TRY(frames, parse_frames(request.frames));
@@ -68,6 +69,9 @@ void add_stage(CLI::App& mien, int& code) {
     auto* weights = command->add_option("--weights", request->weights, "Live Link Face CSV that drives the actor")->check(CLI::ExistingFile)->excludes(say);
     command->add_option("--sound", request->sound, "Sound of that take (WAV, FLAC)")->check(CLI::ExistingFile)->excludes(say);
     command->add_flag("--expressions", options.expressions, "A silent range of motion instead of speech")->excludes(say)->excludes(weights);
+    command->add_option("--session", request->session, "A silent session for mien train instead of speech: training, asymmetric-smile or raised-brow")->excludes(say)->excludes(weights);
+    command->add_option("--take-frames", options.take_frames, "Frames of each expression of a session")->capture_default_str();
+    command->add_option("--range-frames", options.range_frames, "Frames of the range of motion that ends a training session; 0 for none")->capture_default_str();
     command->add_option("--seconds", options.seconds, "Repeat, pad or cut the performance to so many seconds")->check(CLI::PositiveNumber);
     command->add_option("--frames", request->frames, "A:B, only these frames of the take (B not included)");
     command->add_option("--fps", request->fps, "Frames per second: 24, 25, 30, 60, 30000/1001 (default 30, or the take's own)");
@@ -75,6 +79,10 @@ void add_stage(CLI::App& mien, int& code) {
     command->add_option("--noise", options.noise, "Standard deviation of marker noise, mm")->check(CLI::NonNegativeNumber);
     command->add_option("--missing", options.missing, "Share of marker samples that are lost")->check(CLI::Range(0.0, 0.9));
     command->add_option("--texture-size", options.texture_size, "Side of the texture, texels; 0 for none")->check(CLI::Range(0, 8192))->capture_default_str();
+    command->add_flag("--scans", options.scans, "Also write position maps and albedo of every frame, for mien train");
+    command->add_option("--scan-size", options.scan_size, "Side of the medium position maps, texels; fine maps and albedo have twice as many")->capture_default_str();
+    command->add_option("--scan-noise", options.scan_noise, "Standard deviation of scanned positions, mm")->check(CLI::NonNegativeNumber);
+    command->add_option("--scan-holes", options.scan_holes, "Share of texels that a scan misses")->check(CLI::Range(0.0, 0.9));
     command->add_option("--seed", options.seed, "Seed of everything that is drawn by lot")->capture_default_str();
     command->add_option("--threads", request->threads, "Threads (default: all cores); the result is the same for any number");
     command->add_flag("-q,--quiet", request->quiet, "No progress, no summary");
