@@ -63,8 +63,8 @@ public:
         MIEN_CHECK(measure_markers());
         const ScanSource& scans = *clip_.scans;
         model::DetailModel& model = trained_.model;
-        model.medium_domain = domain(scans.medium_size());
-        model.fine_domain = domain(scans.fine_size());
+        model.medium_domain = model::detail_domain(model, scans.medium_size(), scans.medium_size());
+        model.fine_domain = model::detail_domain(model, scans.fine_size(), scans.fine_size());
         if (model.medium_domain.size() == 0) return Error{ErrorCode::invalid, "no texel of the skin is near a marker"};
 
         // The medium layer first, then the fine one on what it leaves.
@@ -72,7 +72,7 @@ public:
         MIEN_CHECK(gather_medium(medium));
         drop_unseen(model.medium_domain, pointers(medium));
         if (model.medium_domain.size() == 0) return Error{ErrorCode::invalid, "the scans show no texel of the skin often enough"};
-        trained_.medium_ridge = finish(medium, model.medium, trained_.medium);
+        trained_.medium_ridge = finish(medium, model.medium, trained_.medium, trained_.medium_error);
         medium.clear();
 
         const auto where = domain_texels(model.fine_domain, make_texel_map(model.neutral, model.fine_domain.width, model.fine_domain.height, kSkin));
@@ -83,8 +83,8 @@ public:
         std::vector<LayerFit*> both = pointers(fine);
         for (LayerFit* fit : pointers(albedo)) both.push_back(fit);
         drop_unseen(model.fine_domain, both);
-        trained_.fine_ridge = finish(fine, model.fine, trained_.fine);
-        if (!albedo.empty()) trained_.albedo_ridge = finish(albedo, model.albedo, trained_.albedo);
+        trained_.fine_ridge = finish(fine, model.fine, trained_.fine, trained_.fine_error);
+        if (!albedo.empty()) trained_.albedo_ridge = finish(albedo, model.albedo, trained_.albedo, trained_.albedo_error);
         return std::move(trained_);
     }
 
@@ -134,6 +134,9 @@ private:
         trained_.deformation_scale = trained_.deformation_scale.cwiseSqrt().cwiseMax(1e-9);
         trained_.axis_energy = axis_energy(moments);
         model.axes = deformation_axes(moments, options_.axes);
+        model.reach = float(options_.reach_mm);
+        for (const Points& markers : markers_)
+            model::add_term_moments(trained_.moments, model.axes, trained_.driver->meter().measure(markers), 1 / double(trained_.frames));
         // Principal components about neutral by the Gram matrix, scaled to scores of unit RMS.
         const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> gram(offsets.transpose() * offsets);
         trained_.global_components = Eigen::MatrixXd::Zero(3 * M, kGlobal);
@@ -142,11 +145,6 @@ private:
             if (energy > 1e-9) trained_.global_components.col(k) = offsets * gram.eigenvectors().col(trained_.frames - 1 - k) * std::sqrt(double(trained_.frames)) / energy;
         }
         return {};
-    }
-
-    model::DomainMap domain(int size) const {
-        const model::DetailModel& model = trained_.model;
-        return model::make_domain_map(model.neutral, make_texel_map(model.neutral, size, size, kSkin), model.sites, trained_.driver->mesh(), float(options_.reach_mm));
     }
 
     std::vector<Predictors> kinds() const {
@@ -258,8 +256,8 @@ private:
             });
     }
 
-    /// Strengths, the map of the asked order, and for a report all others.
-    Ridge finish(const std::vector<LayerFit>& fits, model::PolynomialMap& map, std::vector<FittedMap>& all) {
+    /// Strengths, the map of the asked order with its left-out error, and for a report all others.
+    Ridge finish(const std::vector<LayerFit>& fits, model::PolynomialMap& map, std::vector<FittedMap>& all, double& error) {
         if (options_.progress) options_.progress("choosing strengths", 0, 0);
         const std::vector<int> degrees = polynomial_degrees();
         const LayerFit& polynomial = fits.front();
@@ -267,6 +265,7 @@ private:
         const Ridge ridge = options_.ridge ? *options_.ridge : choose_ridge(polynomial, most, degrees, takes());
         map = model::PolynomialMap(polynomial.values(), options_.order, polynomial.texels());
         map.planes = polynomial.solve(model::term_count(options_.order), degrees, ridge);
+        error = std::sqrt(polynomial.values() * polynomial.left_out_error(model::term_count(options_.order), degrees, ridge));
         if (!options_.rivals) return ridge;
         for (const auto order : {PolynomialOrder::linear, PolynomialOrder::biquadratic, PolynomialOrder::bicubic})
             all.push_back({Predictors::polynomial, model::term_count(order), polynomial.values(), ridge, polynomial.solve(model::term_count(order), degrees, ridge)});

@@ -10,6 +10,7 @@
 #include "core/clip.hpp"
 #include "core/progress.hpp"
 #include "model/detail_model.hpp"
+#include "model/term_basis.hpp"
 
 namespace mien::analysis {
 
@@ -54,6 +55,9 @@ struct TrainedModel {
     std::shared_ptr<const model::MarkerDriver> driver;
     std::array<double, model::kDeformationSize> axis_energy{};  ///< Table 1 of the paper, cumulative
     Ridge medium_ridge, fine_ridge, albedo_ridge;
+    model::TermMoments moments;   ///< of d1, d2 at every marker over the training frames: what coding the maps goes by
+    /// RMS of what the layers leave in frames that were left out of the fit, per texel: mm; albedo: of the three channels together.
+    double medium_error = 0, fine_error = 0, albedo_error = 0;
     std::int64_t frames = 0;
     double high_pass_sigma = 0;   ///< texels of the fine map
     FineOver fine_over = FineOver::scan;

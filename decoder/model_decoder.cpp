@@ -1,7 +1,7 @@
 #include "decoder/model_decoder.hpp"
 
 #include "coding/layer_code.hpp"
-#include "coding/mesh_code.hpp"
+#include "decoder/mesh_blobs.hpp"
 #include "protocol/messages.hpp"
 
 namespace mien::decoder {
@@ -15,7 +15,7 @@ public:
     explicit Unpacker(const FindBlob& find) : find_(find) {}
 
     Result<model::FaceModel> run(const Hash& manifest_hash) {
-        MIEN_TRY(bytes, blob(manifest_hash));
+        MIEN_TRY(bytes, needed_blob(find_, manifest_hash));
         MIEN_TRY(manifest, protocol::parse_manifest(*bytes));
         model_.actor = manifest.actor;
         for (const Layer& layer : manifest.layers) MIEN_CHECK(add(layer));
@@ -23,29 +23,7 @@ public:
     }
 
 private:
-    Result<const Bytes*> blob(const Hash& hash) const {
-        const Bytes* bytes = find_(hash);
-        if (!bytes) return Error{ErrorCode::missing, "the face model lacks its blob " + hash.hex().substr(0, 12)};
-        return bytes;
-    }
-    Result<const Bytes*> blob(const Layer& layer, std::size_t i) const {
-        if (i >= layer.blobs.size()) return Error{ErrorCode::damaged, "the model manifest names too few blobs for a layer"};
-        return blob(layer.blobs[i]);
-    }
-
-    Result<Mesh> mesh_of(const Layer& layer) const {
-        MIEN_TRY(connectivity_bytes, blob(layer, 0));
-        MIEN_TRY(connectivity, coding::decode_connectivity(*connectivity_bytes));
-        Mesh mesh;
-        mesh.triangles = std::move(connectivity.triangles);
-        MIEN_TRY(shape_bytes, blob(layer, 1));
-        MIEN_CHECK(coding::decode_shape(*shape_bytes, connectivity.V, mesh));
-        if (layer.blobs.size() > 2) {
-            MIEN_TRY(texcoord_bytes, blob(layer, 2));
-            MIEN_CHECK(coding::decode_texcoords(*texcoord_bytes, mesh));
-        }
-        return mesh;
-    }
+    Result<const Bytes*> blob(const Layer& layer, std::size_t i) const { return needed_blob(find_, layer, i); }
 
     /// Layers build on those before them: one shape, then at most one base shape, then what lies on it.
     Result<void> place(LayerKind kind) {
@@ -64,7 +42,7 @@ private:
         const std::uint32_t V = model_.neutral.vertex_count();
         switch (layer.kind) {
             case LayerKind::shape: {
-                MIEN_TRY(mesh, mesh_of(layer));
+                MIEN_TRY(mesh, mesh_of(find_, layer));
                 model_.neutral = std::move(mesh);
                 break;
             }
@@ -93,7 +71,7 @@ private:
                 break;
             }
             case LayerKind::points: {
-                MIEN_TRY(mesh, mesh_of(layer));
+                MIEN_TRY(mesh, mesh_of(find_, layer));
                 model_.base = model::PointBase{std::move(mesh.positions), std::move(mesh.triangles)};
                 break;
             }
@@ -117,6 +95,12 @@ private:
                 MIEN_CHECK(blob(layer, 0));
                 break;
             case LayerKind::video_albedo: model_.video_albedo = true; break;
+            case LayerKind::thin_shell:
+            case LayerKind::marker_domain:
+            case LayerKind::medium:
+            case LayerKind::fine:
+            case LayerKind::albedo_map:
+                break;  // of the detail model: decode_detail
         }
         return {};
     }

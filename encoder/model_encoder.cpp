@@ -6,11 +6,10 @@
 #include <set>
 
 #include "coding/layer_code.hpp"
-#include "coding/mesh_code.hpp"
 #include "encoder/blend_coefficients.hpp"
 #include "encoder/lip_contact.hpp"
 #include "encoder/marker_triangulation.hpp"
-#include "encoder/mesh_mirror.hpp"
+#include "encoder/mesh_blobs.hpp"
 #include "encoder/reference_points.hpp"
 #include "media/picture.hpp"
 #include "protocol/messages.hpp"
@@ -40,57 +39,19 @@ public:
         MIEN_CHECK(add_albedo());
         const Bytes bytes = protocol::encode_manifest(manifest_);
         out_.manifest = sha256(bytes);
+        out_.blobs = std::move(list_.blobs());
         out_.blobs.insert(out_.blobs.begin(), {out_.manifest, BlobKind::manifest, bytes});
         return std::move(out_);
     }
 
 private:
-    Hash blob(BlobKind kind, Bytes bytes) {
-        const Hash hash = sha256(bytes);
-        for (const protocol::StaticBlob& known : out_.blobs)
-            if (known.hash == hash) return hash;
-        out_.blobs.push_back({hash, kind, std::move(bytes)});
-        return hash;
-    }
+    Hash blob(BlobKind kind, Bytes bytes) { return list_.add(kind, std::move(bytes)); }
     void layer(LayerKind kind, std::vector<Hash> blobs) { manifest_.layers.push_back({kind, std::move(blobs)}); }
 
-    const Bytes& bytes_of(const Hash& hash) const {
-        return std::find_if(out_.blobs.begin(), out_.blobs.end(), [&](const auto& blob) { return blob.hash == hash; })->bytes;
-    }
-
-    /// What a decoder will have: connectivity, shape and texcoords blobs, read back.
-    Result<Mesh> stored_mesh(const std::vector<Hash>& blobs) const {
-        Mesh mesh;
-        MIEN_TRY(connectivity, coding::decode_connectivity(bytes_of(blobs[0])));
-        mesh.triangles = std::move(connectivity.triangles);
-        MIEN_CHECK(coding::decode_shape(bytes_of(blobs[1]), connectivity.V, mesh));
-        if (blobs.size() > 2) MIEN_CHECK(coding::decode_texcoords(bytes_of(blobs[2]), mesh));
-        return mesh;
-    }
-
-    Result<void> check_extent(PointsRef points) const {
-        if (points.size() > 0 && !(points.cwiseAbs().maxCoeff() < options_.step * coding::kMaxSteps))
-            return Error{ErrorCode::invalid, "the neutral face lies too far from the origin for so small an error"};
-        return {};
-    }
-
     Result<void> add_shape() {
-        Mesh mesh = *clip_.neutral;
-        MIEN_CHECK(check_extent(mesh.positions));
-        Bytes shape = coding::encode_shape(mesh, options_.step);
-        mesh.mirror = find_mirror(mesh);
-        if (!mesh.mirror.empty()) {
-            Bytes mirrored = coding::encode_shape(mesh, options_.step);
-            if (mirrored.size() < shape.size()) shape = std::move(mirrored);
-        }
-        std::vector<Hash> blobs = {
-            blob(BlobKind::connectivity, coding::encode_connectivity(mesh.vertex_count(), mesh.triangles)),
-            blob(BlobKind::shape, std::move(shape)),
-        };
-        if (mesh.has_texcoords()) blobs.push_back(blob(BlobKind::texcoords, coding::encode_texcoords(mesh)));
-        MIEN_TRY(stored, stored_mesh(blobs));
-        out_.model.neutral = std::move(stored);
-        layer(LayerKind::shape, std::move(blobs));
+        MIEN_TRY(stored, store_mesh(*clip_.neutral, options_.step, true, list_));
+        out_.model.neutral = std::move(stored.mesh);
+        layer(LayerKind::shape, std::move(stored.blobs));
         return {};
     }
 
@@ -101,16 +62,11 @@ private:
             model::PointBase base;
             Mesh mesh;
             mesh.positions = reference_points(clip_, MotionKind::markers);
-            MIEN_CHECK(check_extent(mesh.positions));
             mesh.triangles = triangulate_markers(mesh.positions);
-            std::vector<Hash> blobs = {
-                blob(BlobKind::connectivity, coding::encode_connectivity(mesh.vertex_count(), mesh.triangles)),
-                blob(BlobKind::shape, coding::encode_shape(mesh, options_.step)),
-            };
-            MIEN_TRY(stored, stored_mesh(blobs));
-            layer(LayerKind::points, std::move(blobs));
-            base.markers = std::move(stored.positions);
-            base.triangulation = std::move(stored.triangles);
+            MIEN_TRY(stored, store_mesh(std::move(mesh), options_.step, false, list_));
+            layer(LayerKind::points, std::move(stored.blobs));
+            base.markers = std::move(stored.mesh.positions);
+            base.triangulation = std::move(stored.mesh.triangles);
             out_.model.base = std::move(base);
             return {};
         }
@@ -152,7 +108,7 @@ private:
         if (clip_.neutral && !clip_.blendshapes.empty()) {
             constexpr float kStep = 1.0f / 64;  // mm: two hundred targets at weight 1 would add up to 0.1 mm
             blobs.push_back(blob(BlobKind::blendshapes, coding::encode_blendshapes(clip_.blendshapes, clip_.neutral->triangles, kStep)));
-            MIEN_TRY(stored, coding::decode_blendshapes(bytes_of(blobs[0]), clip_.neutral->vertex_count(), clip_.neutral->triangles));
+            MIEN_TRY(stored, coding::decode_blendshapes(list_.bytes_of(blobs[0]), clip_.neutral->vertex_count(), clip_.neutral->triangles));
             base.targets = std::move(stored);
         }
         layer(LayerKind::blendshapes, std::move(blobs));
@@ -222,6 +178,7 @@ private:
     const Clip& clip_;
     const ModelOptions& options_;
     protocol::Manifest manifest_;
+    BlobList list_;
     EncodedModel out_;
 };
 

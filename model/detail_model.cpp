@@ -7,6 +7,11 @@
 
 namespace mien::model {
 
+DomainMap detail_domain(const DetailModel& model, int width, int height, const std::vector<std::uint8_t>& wanted) {
+    return make_domain_map(model.neutral, make_texel_map(model.neutral, width, height, 1u << int(Surface::skin)), model.sites,
+                           make_marker_mesh(model.neutral, model.sites, model.marker_triangles), model.reach, wanted);
+}
+
 MarkerDriver::MarkerDriver(const Mesh& neutral, const std::vector<Site>& sites, const std::vector<std::uint32_t>& fixed,
                            std::vector<Triangle> marker_triangles)
     : neutral_(neutral.positions), response_(thin_shell_response(neutral, sites, fixed)),

@@ -15,11 +15,16 @@ struct DetailModel {
     std::vector<std::uint32_t> fixed;     ///< vertices that the base shape never moves
     std::vector<Triangle> marker_triangles;
     DomainAxes axes;
+    float reach = 30;                     ///< mm along the skin from the nearest marker to the farthest texel
     DomainMap medium_domain, fine_domain;
     PolynomialMap medium;                 ///< 3 channels: displacement of the base shape in head space, mm
     PolynomialMap fine;                   ///< 1 channel: displacement along the normal of the medium surface, mm
     PolynomialMap albedo;                 ///< 3 channels, linear, over fine_domain; no planes: none was trained
 };
+
+/// The skin texels of a width x height map that lie within the model's reach; `wanted` as for make_domain_map. Needs neutral, sites,
+/// marker_triangles and reach. The same on every machine that rounds as IEEE 754 says.
+DomainMap detail_domain(const DetailModel& model, int width, int height, const std::vector<std::uint8_t>& wanted = {});
 
 /// Everything one frame's markers decide.
 struct DrivenFrame {

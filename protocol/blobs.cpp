@@ -35,7 +35,7 @@ Result<Bytes> unpack(ByteView packed, std::uint64_t size) {
 }
 
 bool known(std::uint8_t kind) {
-    return kind >= static_cast<std::uint8_t>(BlobKind::manifest) && kind <= static_cast<std::uint8_t>(BlobKind::contact);
+    return kind >= static_cast<std::uint8_t>(BlobKind::manifest) && kind <= static_cast<std::uint8_t>(BlobKind::refinement);
 }
 
 }  // namespace
@@ -52,6 +52,11 @@ std::string_view name_of(BlobKind kind) {
         case BlobKind::texture: return "texture";
         case BlobKind::eyes: return "eyes";
         case BlobKind::contact: return "contact";
+        case BlobKind::shell: return "shell";
+        case BlobKind::marker_domain: return "marker domain";
+        case BlobKind::texel_mask: return "texel mask";
+        case BlobKind::detail_map: return "detail map";
+        case BlobKind::refinement: return "detail refinement";
     }
     return {};
 }
@@ -161,7 +166,7 @@ Result<Manifest> parse_manifest(ByteView bytes) {
         const std::uint8_t kind = in.u8();
         const std::uint64_t blobs = in.varint();
         if (!in.ok()) break;
-        if (kind < 1 || kind > static_cast<std::uint8_t>(LayerKind::contact))
+        if (kind < 1 || kind > static_cast<std::uint8_t>(LayerKind::albedo_map))
             return damaged(fmt::format("layer {} of the model manifest is of unknown kind {}", l, kind));
         if (blobs > kMaxBlobs) return too_large(fmt::format("layer {} of the model manifest names {} blobs", l, blobs));
         layer.kind = static_cast<LayerKind>(kind);

@@ -190,7 +190,7 @@ Result<StreamHeader> read_header(ByteView body) {
     header.model = in.hash();
     const std::uint8_t tracks = in.u8();
     if (in.ok() && (unit > 2 || header.frames > std::uint64_t(kMaxTicks))) return damaged("its unit or length is impossible");
-    if (in.ok() && (tracks == 0 || tracks > kMaxTracks)) return damaged(fmt::format("{} tracks", tracks));
+    if (in.ok() && tracks > kMaxTracks) return damaged(fmt::format("{} tracks", tracks));
     header.unit = static_cast<Unit>(unit);
     std::uint64_t slots = 0;
     for (int t = 0; t < tracks && in.ok(); ++t) {

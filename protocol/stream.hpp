@@ -77,6 +77,11 @@ enum class BlobKind : std::uint8_t {
     texture = 8,       ///< a static picture (JPEG or PNG bytes)
     eyes = 9,          ///< eyeballs that gaze turns
     contact = 10,      ///< lips that are held apart
+    shell = 11,        ///< what holds a thin shell: marker sites, fixed vertices
+    marker_domain = 12,  ///< marker triangles, axes and factors: what drives polynomial maps
+    texel_mask = 13,   ///< the texels a map covers
+    detail_map = 14,   ///< the first stage of a polynomial map
+    refinement = 15,   ///< a further stage of a polynomial map
 };
 
 struct BlobInfo {
@@ -96,6 +101,11 @@ enum class LayerKind : std::uint8_t {
     static_albedo = 7,
     video_albedo = 8,  ///< albedo is the stream's texture track
     contact = 9,       ///< lips that are held apart, where the base shape does not
+    thin_shell = 10,   ///< base shape: motion is marker offsets, a linear thin shell over them (Ma et al. 2008, section 4)
+    marker_domain = 11,  ///< what the maps below are polynomials of
+    medium = 12,       ///< displacement of the base shape: mask, map, refinements in order
+    fine = 13,         ///< displacement along the normal: likewise
+    albedo_map = 14,   ///< polynomial albedo: likewise
 };
 struct Layer {
     LayerKind kind = LayerKind::shape;

@@ -24,11 +24,11 @@ const Track* track_of(const StreamHeader& header, std::uint8_t slot) {
     return nullptr;
 }
 
-/// Seeking goes by the first rung of the first visual track; in a stream of sound alone by that.
+/// Seeking goes by the first rung of the first visual track; in a stream of sound alone by that. A model without tracks has no groups.
 std::uint8_t marking_slot(const StreamHeader& header) {
     for (const Track& track : header.tracks)
         if (track.kind != TrackKind::sound) return track.rungs.front().slot;
-    return header.tracks.front().rungs.front().slot;
+    return header.tracks.empty() ? std::uint8_t(0) : header.tracks.front().rungs.front().slot;
 }
 
 auto order_of(const IndexEntry& entry) { return std::pair(entry.group, entry.slot); }

@@ -32,7 +32,12 @@ Result<ByteSplit> split_bytes(const StoredStream& stream) {
             case BlobKind::blend:
             case BlobKind::blendshapes:
             case BlobKind::eyes:
-            case BlobKind::contact: split.shape += blob.stored; break;
+            case BlobKind::contact:
+            case BlobKind::shell:
+            case BlobKind::marker_domain:
+            case BlobKind::texel_mask:
+            case BlobKind::detail_map:
+            case BlobKind::refinement: split.shape += blob.stored; break;
             case BlobKind::connectivity:
             case BlobKind::texcoords: split.connectivity += blob.stored; break;
             case BlobKind::texture: split.texture += blob.stored; break;

@@ -1,0 +1,233 @@
+#include "encoder/detail_encoder.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <optional>
+
+#include "coding/coefficient_planes.hpp"
+#include "encoder/detail_planes.hpp"
+#include "encoder/mesh_blobs.hpp"
+#include "protocol/messages.hpp"
+#include "protocol/stream_file.hpp"
+
+namespace mien::encoder {
+namespace {
+
+using protocol::BlobKind;
+using protocol::LayerKind;
+
+constexpr double kSpread = 0.05;  // see term_factors
+constexpr int kSearch = 8;        // rounds to keep the asked number of bytes
+
+/// The texels that a map keeps, and what codes them.
+struct Domain {
+    model::DomainMap map;                  ///< as decoders will have it
+    std::vector<std::uint32_t> from;       ///< of its texels in the trained domain
+    std::vector<std::uint32_t> rank;       ///< of its texels among the mask's
+    std::optional<coding::MaskedWavelet> wavelet;
+    Hash mask;
+};
+
+struct LayerJob {
+    const char* name;
+    LayerKind kind;
+    const Domain* domain;
+    std::optional<DetailPlanes> planes;
+    double rms;
+};
+
+class DetailPacker {
+public:
+    DetailPacker(const model::DetailModel& model, const model::TermMoments& moments, const DetailOptions& options)
+        : model_(model), moments_(moments), options_(options) {}
+
+    Result<EncodedDetail> run(const std::string& actor) {
+        MIEN_CHECK(check());
+        manifest_.actor = actor;
+        MIEN_CHECK(add_mesh_and_markers());
+        Domain medium = domain(model_.medium_domain), fine = domain(model_.fine_domain);
+        add_job("medium", LayerKind::medium, medium, model_.medium, out_.model.medium, options_.medium);
+        add_job("fine", LayerKind::fine, fine, model_.fine, out_.model.fine, options_.fine);
+        add_job("albedo", LayerKind::albedo_map, fine, model_.albedo, out_.model.albedo, options_.albedo);
+        for (const LayerJob& job : jobs_)
+            if (!(job.planes->largest(job.planes->step_for(job.rms)) < coding::CoefficientPlanes::kMaxValue))
+                return Error{ErrorCode::invalid, std::string("the ") + job.name + " map is not finite or too large for so small an error"};
+        MIEN_TRY(coded, code_maps());
+        add_maps(coded);
+        out_.model.medium_domain = std::move(medium.map);
+        out_.model.fine_domain = std::move(fine.map);
+        const Bytes bytes = protocol::encode_manifest(manifest_);
+        out_.manifest = sha256(bytes);
+        out_.blobs = std::move(list_.blobs());
+        out_.blobs.insert(out_.blobs.begin(), {out_.manifest, BlobKind::manifest, bytes});
+        return std::move(out_);
+    }
+
+private:
+    using CodedMaps = std::vector<DetailPlanes::Coded>;
+
+    Result<void> check() const {
+        const auto refuse = [](const char* why) { return Error{ErrorCode::invalid, std::string("this model cannot be stored: ") + why}; };
+        if (model_.sites.size() < 3 || model_.sites.size() > coding::kMaxDetailMarkers) return refuse("it has fewer than 3 or more than 4096 markers");
+        if (!model_.neutral.has_texcoords()) return refuse("its mesh has no texture coordinates");
+        for (const model::DomainMap* map : {&model_.medium_domain, &model_.fine_domain})
+            if (map->width > coding::kMaxMaskSide || map->height > coding::kMaxMaskSide) return refuse("a map is larger than 4096 x 4096");
+        return {};
+    }
+
+    Result<void> add_mesh_and_markers() {
+        MIEN_TRY(mesh, store_mesh(model_.neutral, options_.mesh_step, true, list_));
+        out_.model.neutral = std::move(mesh.mesh);
+        manifest_.layers.push_back({LayerKind::shape, std::move(mesh.blobs)});
+
+        std::vector<std::uint32_t> fixed = model_.fixed;
+        std::sort(fixed.begin(), fixed.end());
+        fixed.erase(std::unique(fixed.begin(), fixed.end()), fixed.end());
+        const Hash shell = list_.add(BlobKind::shell, coding::encode_shell({model_.sites, fixed}));
+        MIEN_TRY(stored_shell, coding::decode_shell(list_.bytes_of(shell), out_.model.neutral.vertex_count()));
+        out_.model.sites = std::move(stored_shell.sites);
+        out_.model.fixed = std::move(stored_shell.fixed);
+        manifest_.layers.push_back({LayerKind::thin_shell, {shell}});
+
+        coding::MarkerDomain markers;
+        markers.reach = model_.reach;
+        markers.triangles = model_.marker_triangles;
+        const auto M = Eigen::Index(model_.sites.size());
+        for (Eigen::Index m = 0; m < M; ++m) {
+            auto& row = markers.axes.emplace_back();
+            for (int k = 0; k < model::kDeformationSize; ++k) {
+                row[std::size_t(k)] = model_.axes.q(m, k);
+                row[std::size_t(k + model::kDeformationSize)] = model_.axes.r(m, k);
+            }
+        }
+        const auto order = std::max({model_.medium.order, model_.fine.order, model_.albedo.order});
+        const model::TermFactors factors = model::term_factors(moments_, order, kSpread);
+        markers.terms = factors.terms;
+        markers.factors = factors.values;
+        const Hash blob = list_.add(BlobKind::marker_domain, coding::encode_marker_domain(markers));
+        MIEN_TRY(stored, coding::decode_marker_domain(list_.bytes_of(blob), std::uint32_t(M)));
+        out_.model.reach = stored.reach;
+        out_.model.marker_triangles = std::move(stored.triangles);
+        out_.model.axes.q.resize(M, model::kDeformationSize);
+        out_.model.axes.r.resize(M, model::kDeformationSize);
+        for (Eigen::Index m = 0; m < M; ++m)
+            for (int k = 0; k < model::kDeformationSize; ++k) {
+                out_.model.axes.q(m, k) = stored.axes[std::size_t(m)][std::size_t(k)];
+                out_.model.axes.r(m, k) = stored.axes[std::size_t(m)][std::size_t(k + model::kDeformationSize)];
+            }
+        factors_ = {stored.terms, std::move(stored.factors)};
+        manifest_.layers.push_back({LayerKind::marker_domain, {blob}});
+        return {};
+    }
+
+    /// The trained domain on the mesh as stored. Rounding may lose a texel at a border.
+    Domain domain(const model::DomainMap& trained) {
+        Domain out;
+        if (trained.size() == 0) return out;
+        coding::TexelMask mask{trained.width, trained.height, std::vector<std::uint8_t>(std::size_t(trained.width) * std::size_t(trained.height), 0)};
+        std::vector<std::uint32_t> number(mask.set.size(), 0);
+        for (std::uint32_t i = 0; i < trained.size(); ++i) mask.set[trained.place[i]] = 1, number[trained.place[i]] = i;
+        out.map = model::detail_domain(out_.model, mask.width, mask.height, mask.set);
+        std::fill(mask.set.begin(), mask.set.end(), std::uint8_t(0));
+        for (const std::uint32_t place : out.map.place) mask.set[place] = 1, out.from.push_back(number[place]);
+        for (std::uint32_t i = 0, rank = 0; i < mask.set.size(); ++i)
+            if (mask.set[i]) number[i] = rank++;
+        for (const std::uint32_t place : out.map.place) out.rank.push_back(number[place]);
+        out.wavelet.emplace(mask);
+        out.mask = list_.add(BlobKind::texel_mask, coding::encode_mask(mask));
+        return out;
+    }
+
+    void add_job(const char* name, LayerKind kind, const Domain& domain, const model::PolynomialMap& map, model::PolynomialMap& kept, double rms) {
+        if (map.planes.empty() || domain.map.size() == 0) return;
+        kept = model::PolynomialMap(map.channels, map.order, domain.map.size());
+        for (int c = 0; c < map.channels; ++c)
+            for (int k = 0; k < model::term_count(map.order); ++k)
+                for (std::size_t i = 0; i < kept.texels; ++i) kept.plane(c, k)[i] = map.plane(c, k)[domain.from[i]];
+        LayerJob& job = jobs_.emplace_back(LayerJob{name, kind, &domain, std::nullopt, rms});
+        job.planes.emplace(kept, domain.map, out_.model.marker_triangles, factors_, *domain.wavelet, domain.rank);
+    }
+
+    static std::size_t bytes_of(const CodedMaps& maps) {
+        std::size_t bytes = 0;
+        for (const auto& map : maps)
+            for (const auto& stage : map.stages) bytes += stage.coded.size() + 34;
+        return bytes;
+    }
+
+    /// All maps at `scale` times their asked errors.
+    CodedMaps code_maps_at(double scale) const {
+        CodedMaps coded;
+        for (const LayerJob& job : jobs_) {
+            if (options_.progress) options_.progress("coding the maps", std::int64_t(coded.size()), std::int64_t(jobs_.size()));
+            coded.push_back(job.planes->code(job.planes->step_for(scale * job.rms), options_.stages));
+        }
+        return coded;
+    }
+
+    Result<CodedMaps> code_maps() {
+        CodedMaps best = code_maps_at(1);
+        if (options_.most_bytes == 0) return best;
+        std::size_t beside = 0;
+        for (const auto& blob : list_.blobs()) beside += blob.bytes.size();
+        const auto fits = [&](const CodedMaps& maps) { return beside + bytes_of(maps) <= options_.most_bytes; };
+        if (fits(best)) return best;
+        double low = 0, high = 6;  // log2 of the scale
+        best = code_maps_at(std::exp2(high));
+        if (!fits(best)) return Error{ErrorCode::invalid, "the model cannot be stored in so few bytes"};
+        for (int i = 0; i < kSearch; ++i) {
+            const double middle = (low + high) / 2;
+            CodedMaps maps = code_maps_at(std::exp2(middle));
+            if (fits(maps)) {
+                best = std::move(maps);
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        return best;
+    }
+
+    /// Every layer's first stage, then stage by stage what refines them: the order of fetching.
+    void add_maps(const CodedMaps& coded) {
+        std::vector<std::vector<Hash>> blobs(jobs_.size());
+        for (std::size_t l = 0; l < jobs_.size(); ++l) {
+            blobs[l] = {jobs_[l].domain->mask, list_.add(BlobKind::detail_map, coding::encode_map(coded[l].head, coded[l].stages[0]))};
+            out_.layers.push_back({jobs_[l].name, jobs_[l].planes->error(coded[l].head.step), {}});
+            for (const auto& stage : coded[l].stages) out_.layers.back().stage_bytes.push_back(stage.coded.size());
+        }
+        for (int stage = 1; stage < options_.stages; ++stage)
+            for (std::size_t l = 0; l < jobs_.size(); ++l) blobs[l].push_back(list_.add(BlobKind::refinement, coding::encode_refinement(stage, coded[l].stages[std::size_t(stage)])));
+        for (std::size_t l = 0; l < jobs_.size(); ++l) manifest_.layers.push_back({jobs_[l].kind, std::move(blobs[l])});
+    }
+
+    const model::DetailModel& model_;
+    const model::TermMoments& moments_;
+    const DetailOptions& options_;
+    protocol::Manifest manifest_;
+    BlobList list_;
+    model::TermFactors factors_;
+    std::vector<LayerJob> jobs_;
+    EncodedDetail out_;
+};
+
+}  // namespace
+
+Result<EncodedDetail> encode_detail(const model::DetailModel& model, const model::TermMoments& moments, const std::string& actor, const DetailOptions& options) {
+    assert(moments.rows() == Eigen::Index(model.sites.size()) && options.stages >= 1 && options.stages <= coding::kMaxStages);
+    assert(options.medium > 0 && options.fine > 0 && options.albedo > 0);
+    return DetailPacker(model, moments, options).run(actor);
+}
+
+Bytes detail_file(const EncodedDetail& detail, const std::string& name) {
+    protocol::StreamHeader header;
+    header.name = name;
+    header.model = detail.manifest;
+    Bytes file;
+    protocol::StreamFileWriter writer([&](ByteView bytes) { file.insert(file.end(), bytes.begin(), bytes.end()); }, header, detail.blobs);
+    writer.finish();
+    return file;
+}
+
+}  // namespace mien::encoder

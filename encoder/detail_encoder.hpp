@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/progress.hpp"
+#include "core/result.hpp"
+#include "model/detail_model.hpp"
+#include "model/term_basis.hpp"
+#include "protocol/stream.hpp"
+
+namespace mien::encoder {
+
+struct DetailOptions {
+    /// RMS that coding may add to a layer over the training frames: mm, per texel; albedo: of its three channels together, linear.
+    /// A third to a half of what the layer itself leaves in unseen frames is not noticed.
+    double medium = 0.1, fine = 0.005, albedo = 0.01;
+    std::size_t most_bytes = 0;   ///< of all blobs; all three errors grow alike until it is kept. 0: no bound
+    int stages = 3;               ///< of each map: every one halves its step; 1 .. coding::kMaxStages
+    float mesh_step = 1.0f / 32;  ///< grid of the neutral positions, mm
+    Progress progress;
+};
+
+struct EncodedDetail {
+    Hash manifest;
+    std::vector<protocol::StaticBlob> blobs;  ///< manifest first, then in fetching order
+    model::DetailModel model;                 ///< as a decoder will have it, but with the maps not rounded: mesh, sites, axes, domains
+    struct Layer {
+        std::string name;                     ///< "medium", "fine", "albedo"
+        double error = 0;                     ///< RMS that coding added over the training frames
+        std::vector<std::size_t> stage_bytes;
+    };
+    std::vector<Layer> layers;
+};
+
+/// Packs a detail model into blobs: mesh, shell, marker domain, and of every map a first stage and refinements. `moments`: of the
+/// training frames (Trained models hold them). Errors: coefficients that are not finite or too large for the asked error; bounds of the format.
+Result<EncodedDetail> encode_detail(const model::DetailModel& model, const model::TermMoments& moments, const std::string& actor, const DetailOptions& options = {});
+
+/// The bytes of a model file: a stored stream without tracks.
+Bytes detail_file(const EncodedDetail& detail, const std::string& name);
+
+}  // namespace mien::encoder
