@@ -49,8 +49,8 @@ public:
         const model::LinearMotion& basis = decoder_->basis();
         still_ = basis.mean;
         if (info_.kind != MotionKind::weights) {
-            const auto* blend = std::get_if<model::BlendBase>(&model_.base);
-            const Points& reference = blend ? blend->markers : model::neutral_points(model_);
+            const Points* markers = model::driving_markers(model_);
+            const Points& reference = markers ? *markers : model::neutral_points(model_);
             still_ += Eigen::Map<const Eigen::VectorXf>(reference.data(), reference.size());
         }
         group_ = object_ = 0;

@@ -1,7 +1,9 @@
 #include "decoder/model_decoder.hpp"
 
 #include "coding/layer_code.hpp"
+#include "decoder/detail_decoder.hpp"
 #include "decoder/mesh_blobs.hpp"
+#include "model/thin_shell.hpp"
 #include "protocol/messages.hpp"
 
 namespace mien::decoder {
@@ -19,6 +21,29 @@ public:
         MIEN_TRY(manifest, protocol::parse_manifest(*bytes));
         model_.actor = manifest.actor;
         for (const Layer& layer : manifest.layers) MIEN_CHECK(add(layer));
+        if (detailed_) {
+            MIEN_TRY(detail, decode_detail(manifest_hash, find_));
+            if (shell_ && (!has_base_ || std::holds_alternative<model::BlendBase>(model_.base))) {
+                model::ShellBase base;
+                base.markers.resize(Eigen::Index(detail.sites.size()), 3);
+                for (std::size_t m = 0; m < detail.sites.size(); ++m) base.markers.row(Eigen::Index(m)) = detail.sites[m].position(detail.neutral.positions).transpose();
+                base.sites = detail.sites;
+                base.response = model::thin_shell_response(detail.neutral, detail.sites, detail.fixed);
+                if (const auto* beside = std::get_if<model::BlendBase>(&model_.base)) {
+                    if (beside->sites.size() != detail.sites.size()) return Error{ErrorCode::damaged, "the model's blend coefficients and its thin shell have other markers"};
+                    for (Eigen::Index v = 0; v < base.response.rows(); ++v) {
+                        if (beside->row_start[std::size_t(v)] == beside->row_start[std::size_t(v) + 1]) continue;
+                        base.response.row(v).setZero();
+                        for (std::uint32_t i = beside->row_start[std::size_t(v)]; i < beside->row_start[std::size_t(v) + 1]; ++i)
+                            base.response(v, Eigen::Index(beside->terms[i].marker)) += beside->terms[i].weight;
+                    }
+                }
+                model_.base = std::move(base);
+            }
+            model_.detail = std::make_shared<model::DetailLayers>(std::move(detail));
+        } else if (shell_) {
+            return Error{ErrorCode::damaged, "the model manifest has a thin shell without its marker domain"};
+        }
         return std::move(model_);
     }
 
@@ -95,8 +120,8 @@ private:
                 MIEN_CHECK(blob(layer, 0));
                 break;
             case LayerKind::video_albedo: model_.video_albedo = true; break;
-            case LayerKind::thin_shell:
-            case LayerKind::marker_domain:
+            case LayerKind::thin_shell: shell_ = true; break;
+            case LayerKind::marker_domain: detailed_ = true; break;
             case LayerKind::medium:
             case LayerKind::fine:
             case LayerKind::albedo_map:
@@ -108,6 +133,7 @@ private:
     const FindBlob& find_;
     model::FaceModel model_;
     bool has_shape_ = false, has_base_ = false;
+    bool shell_ = false, detailed_ = false;   // a thin shell and a marker domain were named
 };
 
 }  // namespace
@@ -118,10 +144,7 @@ bool fits(const model::FaceModel& model, const protocol::MotionInfo& info) {
     using protocol::MotionKind;
     if (std::holds_alternative<model::VertexBase>(model.base))
         return info.kind == MotionKind::vertices && info.count == model.neutral.vertex_count();
-    if (const auto* blend = std::get_if<model::BlendBase>(&model.base))
-        return info.kind == MotionKind::markers && info.count == blend->sites.size();
-    if (const auto* points = std::get_if<model::PointBase>(&model.base))
-        return info.kind == MotionKind::markers && Eigen::Index(info.count) == points->markers.rows();
+    if (const Points* markers = model::driving_markers(model)) return info.kind == MotionKind::markers && Eigen::Index(info.count) == markers->rows();
     const auto& shapes = std::get<model::BlendshapeBase>(model.base);
     return info.kind == MotionKind::weights && (shapes.targets.empty() || shapes.targets.size() == info.count);
 }

@@ -7,7 +7,7 @@
 
 #include "coding/coefficient_planes.hpp"
 #include "encoder/detail_planes.hpp"
-#include "encoder/mesh_blobs.hpp"
+#include "encoder/head_layers.hpp"
 #include "protocol/messages.hpp"
 #include "protocol/stream_file.hpp"
 
@@ -44,8 +44,9 @@ public:
 
     Result<EncodedDetail> run(const std::string& actor) {
         MIEN_CHECK(check());
-        manifest_.actor = actor;
+        parts_.manifest.actor = actor;
         MIEN_CHECK(add_mesh_and_markers());
+        MIEN_CHECK(add_rest_of_head());
         Domain medium = domain(model_.medium_domain), fine = domain(model_.fine_domain);
         add_job("medium", LayerKind::medium, medium, model_.medium, out_.model.medium, options_.medium);
         add_job("fine", LayerKind::fine, fine, model_.fine, out_.model.fine, options_.fine);
@@ -57,9 +58,9 @@ public:
         add_maps(coded);
         out_.model.medium_domain = std::move(medium.map);
         out_.model.fine_domain = std::move(fine.map);
-        const Bytes bytes = protocol::encode_manifest(manifest_);
+        const Bytes bytes = protocol::encode_manifest(parts_.manifest);
         out_.manifest = sha256(bytes);
-        out_.blobs = std::move(list_.blobs());
+        out_.blobs = std::move(parts_.list.blobs());
         out_.blobs.insert(out_.blobs.begin(), {out_.manifest, BlobKind::manifest, bytes});
         return std::move(out_);
     }
@@ -77,18 +78,18 @@ private:
     }
 
     Result<void> add_mesh_and_markers() {
-        MIEN_TRY(mesh, store_mesh(model_.neutral, options_.mesh_step, true, list_));
+        MIEN_TRY(mesh, store_mesh(model_.neutral, options_.mesh_step, true, parts_.list));
         out_.model.neutral = std::move(mesh.mesh);
-        manifest_.layers.push_back({LayerKind::shape, std::move(mesh.blobs)});
+        parts_.layer(LayerKind::shape, std::move(mesh.blobs));
 
         std::vector<std::uint32_t> fixed = model_.fixed;
         std::sort(fixed.begin(), fixed.end());
         fixed.erase(std::unique(fixed.begin(), fixed.end()), fixed.end());
-        const Hash shell = list_.add(BlobKind::shell, coding::encode_shell({model_.sites, fixed}));
-        MIEN_TRY(stored_shell, coding::decode_shell(list_.bytes_of(shell), out_.model.neutral.vertex_count()));
+        const Hash shell = parts_.list.add(BlobKind::shell, coding::encode_shell({model_.sites, fixed}));
+        MIEN_TRY(stored_shell, coding::decode_shell(parts_.list.bytes_of(shell), out_.model.neutral.vertex_count()));
         out_.model.sites = std::move(stored_shell.sites);
         out_.model.fixed = std::move(stored_shell.fixed);
-        manifest_.layers.push_back({LayerKind::thin_shell, {shell}});
+        parts_.layer(LayerKind::thin_shell, {shell});
 
         coding::MarkerDomain markers;
         markers.reach = model_.reach;
@@ -105,8 +106,8 @@ private:
         const model::TermFactors factors = model::term_factors(moments_, order, kSpread);
         markers.terms = factors.terms;
         markers.factors = factors.values;
-        const Hash blob = list_.add(BlobKind::marker_domain, coding::encode_marker_domain(markers));
-        MIEN_TRY(stored, coding::decode_marker_domain(list_.bytes_of(blob), std::uint32_t(M)));
+        const Hash blob = parts_.list.add(BlobKind::marker_domain, coding::encode_marker_domain(markers));
+        MIEN_TRY(stored, coding::decode_marker_domain(parts_.list.bytes_of(blob), std::uint32_t(M)));
         out_.model.reach = stored.reach;
         out_.model.marker_triangles = std::move(stored.triangles);
         out_.model.axes.q.resize(M, model::kDeformationSize);
@@ -117,7 +118,19 @@ private:
                 out_.model.axes.r(m, k) = stored.axes[std::size_t(m)][std::size_t(k + model::kDeformationSize)];
             }
         factors_ = {stored.terms, std::move(stored.factors)};
-        manifest_.layers.push_back({LayerKind::marker_domain, {blob}});
+        parts_.layer(LayerKind::marker_domain, {blob});
+        return {};
+    }
+
+    Result<void> add_rest_of_head() {
+        parts_.model.neutral = out_.model.neutral;
+        // A sheet of skin alone has nothing to blend, and four markers are what blending asks for.
+        const std::vector<Surface> surfaces = model_.neutral.triangle_surfaces();
+        const bool more_than_skin = std::any_of(surfaces.begin(), surfaces.end(), [](Surface s) { return s != Surface::skin; });
+        if (more_than_skin && model_.sites.size() >= 4) MIEN_CHECK(add_blend(model_.neutral, model_.sites, model_.fixed, true, parts_));
+        add_eyes(parts_);
+        MIEN_CHECK(add_contact(model_.neutral, parts_));
+        if (options_.picture) MIEN_CHECK(add_picture(*options_.picture, parts_));
         return {};
     }
 
@@ -135,7 +148,7 @@ private:
             if (mask.set[i]) number[i] = rank++;
         for (const std::uint32_t place : out.map.place) out.rank.push_back(number[place]);
         out.wavelet.emplace(mask);
-        out.mask = list_.add(BlobKind::texel_mask, coding::encode_mask(mask));
+        out.mask = parts_.list.add(BlobKind::texel_mask, coding::encode_mask(mask));
         return out;
     }
 
@@ -170,7 +183,7 @@ private:
         CodedMaps best = code_maps_at(1);
         if (options_.most_bytes == 0) return best;
         std::size_t beside = 0;
-        for (const auto& blob : list_.blobs()) beside += blob.bytes.size();
+        for (const auto& blob : parts_.list.blobs()) beside += blob.bytes.size();
         const auto fits = [&](const CodedMaps& maps) { return beside + bytes_of(maps) <= options_.most_bytes; };
         if (fits(best)) return best;
         double low = 0, high = 6;  // log2 of the scale
@@ -193,20 +206,19 @@ private:
     void add_maps(const CodedMaps& coded) {
         std::vector<std::vector<Hash>> blobs(jobs_.size());
         for (std::size_t l = 0; l < jobs_.size(); ++l) {
-            blobs[l] = {jobs_[l].domain->mask, list_.add(BlobKind::detail_map, coding::encode_map(coded[l].head, coded[l].stages[0]))};
+            blobs[l] = {jobs_[l].domain->mask, parts_.list.add(BlobKind::detail_map, coding::encode_map(coded[l].head, coded[l].stages[0]))};
             out_.layers.push_back({jobs_[l].name, jobs_[l].planes->error(coded[l].head.step), {}});
             for (const auto& stage : coded[l].stages) out_.layers.back().stage_bytes.push_back(stage.coded.size());
         }
         for (int stage = 1; stage < options_.stages; ++stage)
-            for (std::size_t l = 0; l < jobs_.size(); ++l) blobs[l].push_back(list_.add(BlobKind::refinement, coding::encode_refinement(stage, coded[l].stages[std::size_t(stage)])));
-        for (std::size_t l = 0; l < jobs_.size(); ++l) manifest_.layers.push_back({jobs_[l].kind, std::move(blobs[l])});
+            for (std::size_t l = 0; l < jobs_.size(); ++l) blobs[l].push_back(parts_.list.add(BlobKind::refinement, coding::encode_refinement(stage, coded[l].stages[std::size_t(stage)])));
+        for (std::size_t l = 0; l < jobs_.size(); ++l) parts_.layer(jobs_[l].kind, std::move(blobs[l]));
     }
 
     const model::DetailModel& model_;
     const model::TermMoments& moments_;
     const DetailOptions& options_;
-    protocol::Manifest manifest_;
-    BlobList list_;
+    ModelParts parts_;
     model::TermFactors factors_;
     std::vector<LayerJob> jobs_;
     EncodedDetail out_;

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "core/image.hpp"
 #include "core/progress.hpp"
 #include "core/result.hpp"
 #include "model/detail_model.hpp"
@@ -18,6 +19,7 @@ struct DetailOptions {
     std::size_t most_bytes = 0;   ///< of all blobs; all three errors grow alike until it is kept. 0: no bound
     int stages = 3;               ///< of each map: every one halves its step; 1 .. coding::kMaxStages
     float mesh_step = 1.0f / 32;  ///< grid of the neutral positions, mm
+    const Image* picture = nullptr;  ///< colours all that the albedo map does not; null: none
     Progress progress;
 };
 
@@ -33,7 +35,8 @@ struct EncodedDetail {
     std::vector<Layer> layers;
 };
 
-/// Packs a detail model into blobs: mesh, shell, marker domain, and of every map a first stage and refinements. `moments`: of the
+/// Packs a detail model into blobs: mesh, shell, marker domain, what moves beside the shell (blend coefficients of all that is not
+/// skin, eyes, contact of the lips), and of every map a first stage and refinements. `moments`: of the
 /// training frames (Trained models hold them). Errors: coefficients that are not finite or too large for the asked error; bounds of the format.
 Result<EncodedDetail> encode_detail(const model::DetailModel& model, const model::TermMoments& moments, const std::string& actor, const DetailOptions& options = {});
 

@@ -1,17 +1,13 @@
 #include "encoder/model_encoder.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <set>
 
 #include "coding/layer_code.hpp"
-#include "encoder/blend_coefficients.hpp"
-#include "encoder/lip_contact.hpp"
+#include "encoder/head_layers.hpp"
 #include "encoder/marker_triangulation.hpp"
 #include "encoder/mesh_blobs.hpp"
 #include "encoder/reference_points.hpp"
-#include "media/picture.hpp"
 #include "protocol/messages.hpp"
 
 namespace mien::encoder {
@@ -35,22 +31,24 @@ public:
             case MotionKind::markers: MIEN_CHECK(add_markers()); break;
             case MotionKind::weights: MIEN_CHECK(add_blendshapes()); break;
         }
-        if (gaze_turns_eyes()) add_eyes();
+        if (gaze_turns_eyes()) add_eyes(parts_);
         MIEN_CHECK(add_albedo());
-        const Bytes bytes = protocol::encode_manifest(manifest_);
-        out_.manifest = sha256(bytes);
-        out_.blobs = std::move(list_.blobs());
-        out_.blobs.insert(out_.blobs.begin(), {out_.manifest, BlobKind::manifest, bytes});
-        return std::move(out_);
+        EncodedModel out;
+        const Bytes bytes = protocol::encode_manifest(parts_.manifest);
+        out.manifest = sha256(bytes);
+        out.blobs = std::move(parts_.list.blobs());
+        out.blobs.insert(out.blobs.begin(), {out.manifest, BlobKind::manifest, bytes});
+        out.model = std::move(parts_.model);
+        return out;
     }
 
 private:
-    Hash blob(BlobKind kind, Bytes bytes) { return list_.add(kind, std::move(bytes)); }
-    void layer(LayerKind kind, std::vector<Hash> blobs) { manifest_.layers.push_back({kind, std::move(blobs)}); }
+    Hash blob(BlobKind kind, Bytes bytes) { return parts_.list.add(kind, std::move(bytes)); }
+    void layer(LayerKind kind, std::vector<Hash> blobs) { parts_.layer(kind, std::move(blobs)); }
 
     Result<void> add_shape() {
-        MIEN_TRY(stored, store_mesh(*clip_.neutral, options_.step, true, list_));
-        out_.model.neutral = std::move(stored.mesh);
+        MIEN_TRY(stored, store_mesh(*clip_.neutral, options_.step, true, parts_.list));
+        parts_.model.neutral = std::move(stored.mesh);
         layer(LayerKind::shape, std::move(stored.blobs));
         return {};
     }
@@ -63,43 +61,17 @@ private:
             Mesh mesh;
             mesh.positions = reference_points(clip_, MotionKind::markers);
             mesh.triangles = triangulate_markers(mesh.positions);
-            MIEN_TRY(stored, store_mesh(std::move(mesh), options_.step, false, list_));
+            MIEN_TRY(stored, store_mesh(std::move(mesh), options_.step, false, parts_.list));
             layer(LayerKind::points, std::move(stored.blobs));
             base.markers = std::move(stored.mesh.positions);
             base.triangulation = std::move(stored.mesh.triangles);
-            out_.model.base = std::move(base);
+            parts_.model.base = std::move(base);
             return {};
         }
-        std::vector<std::uint32_t> rigid = clip_.vertices ? clip_.rigid : std::vector<std::uint32_t>{};
-        MIEN_TRY(base, blend_coefficients(*clip_.neutral, clip_.marker_sites, rigid));
-        coding::SparseRows rows;
-        rows.row_start = base.row_start;
-        for (const auto& term : base.terms) rows.terms.push_back({term.marker, term.weight});
-        Bytes bytes = coding::encode_blend(base.sites, rows);
-        MIEN_TRY(stored, coding::decode_blend(bytes, clip_.neutral->vertex_count()));
-        base.row_start = stored.rows.row_start;
-        base.terms.clear();
-        for (const auto& term : stored.rows.terms) base.terms.push_back({term.column, term.share});
-        for (std::size_t m = 0; m < base.sites.size(); ++m)
-            base.markers.row(Eigen::Index(m)) = base.sites[m].position(out_.model.neutral.positions).transpose();
-        layer(LayerKind::blend, {blob(BlobKind::blend, std::move(bytes))});
-        out_.model.base = std::move(base);
-        return add_contact();
-    }
-
-    /// Weights that are linear in the markers know nothing of lips that stop each other.
-    Result<void> add_contact() {
-        const auto contact = lip_contact(*clip_.neutral);
-        if (!contact) return {};
-        coding::LipContact lips{contact->pairs, {}};
-        for (const auto& member : contact->members) lips.members.push_back({member.vertex, member.hold});
-        Bytes bytes = coding::encode_contact(lips);
-        MIEN_TRY(stored, coding::decode_contact(bytes, clip_.neutral->vertex_count()));
-        auto& kept = out_.model.contact.emplace();
-        kept.pairs = std::move(stored.pairs);
-        for (const auto& member : stored.members) kept.members.push_back({member.vertex, member.hold});
-        layer(LayerKind::contact, {blob(BlobKind::contact, std::move(bytes))});
-        return {};
+        const std::vector<std::uint32_t> rigid = clip_.vertices ? clip_.rigid : std::vector<std::uint32_t>{};
+        MIEN_CHECK(add_blend(*clip_.neutral, clip_.marker_sites, rigid, false, parts_));
+        // Weights that are linear in the markers know nothing of lips that stop each other.
+        return add_contact(*clip_.neutral, parts_);
     }
 
     Result<void> add_blendshapes() {
@@ -108,30 +80,18 @@ private:
         if (clip_.neutral && !clip_.blendshapes.empty()) {
             constexpr float kStep = 1.0f / 64;  // mm: two hundred targets at weight 1 would add up to 0.1 mm
             blobs.push_back(blob(BlobKind::blendshapes, coding::encode_blendshapes(clip_.blendshapes, clip_.neutral->triangles, kStep)));
-            MIEN_TRY(stored, coding::decode_blendshapes(list_.bytes_of(blobs[0]), clip_.neutral->vertex_count(), clip_.neutral->triangles));
+            MIEN_TRY(stored, coding::decode_blendshapes(parts_.list.bytes_of(blobs[0]), clip_.neutral->vertex_count(), clip_.neutral->triangles));
             base.targets = std::move(stored);
         }
         layer(LayerKind::blendshapes, std::move(blobs));
-        out_.model.base = std::move(base);
+        parts_.model.base = std::move(base);
         return {};
-    }
-
-    /// Vertices of the eyeballs, the actor's right and left. Tear film and the like stay with the lids.
-    std::array<std::set<std::uint32_t>, 2> eye_vertices() const {
-        std::array<std::set<std::uint32_t>, 2> eyes;
-        const Mesh& mesh = *clip_.neutral;
-        const float middle = (mesh.positions.col(0).minCoeff() + mesh.positions.col(0).maxCoeff()) / 2;
-        const std::vector<Surface> surfaces = mesh.triangle_surfaces();
-        for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-            if (surfaces[t] == Surface::eye)
-                for (const std::uint32_t v : mesh.triangles[t]) eyes[mesh.positions(v, 0) > middle].insert(v);
-        return eyes;
     }
 
     /// Only where nothing else turns them: vertex motion carries its eyes, and so do blendshapes that move an eyeball.
     bool gaze_turns_eyes() const {
         if (!clip_.neutral || clip_.gaze.empty() || options_.kind == MotionKind::vertices) return false;
-        const auto eyes = eye_vertices();
+        const auto eyes = eye_vertices(*clip_.neutral);
         if (eyes[0].empty() && eyes[1].empty()) return false;
         if (options_.kind == MotionKind::weights)
             for (const Blendshape& target : clip_.blendshapes)
@@ -141,45 +101,20 @@ private:
         return true;
     }
 
-    void add_eyes() {
-        const auto balls = eye_vertices();
-        std::array<std::optional<coding::Ball>, 2> eyes;
-        const Points& positions = out_.model.neutral.positions;
-        for (std::size_t side = 0; side < 2; ++side) {
-            if (balls[side].empty()) continue;
-            Vec3 low = Vec3::Constant(1e9f), high = -low;
-            for (const std::uint32_t v : balls[side]) {
-                low = low.cwiseMin(positions.row(v).transpose());
-                high = high.cwiseMax(positions.row(v).transpose());
-            }
-            // Height and width are the ball's; its depth may be open behind or bulge in front.
-            Vec3 centre = (low + high) / 2;
-            centre.z() = std::max(centre.z(), high.z() - (high.y() - low.y()) / 2);
-            eyes[side] = coding::Ball{centre, {balls[side].begin(), balls[side].end()}};
-            out_.model.eyes[side] = model::Eyeball{centre, eyes[side]->vertices};
-        }
-        layer(LayerKind::eyes, {blob(BlobKind::eyes, coding::encode_eyes(eyes))});
-    }
-
     Result<void> add_albedo() {
         if (!clip_.texture || options_.albedo == Albedo::none) return {};
         if (options_.albedo == Albedo::video) {
-            out_.model.video_albedo = true;
+            parts_.model.video_albedo = true;
             layer(LayerKind::video_albedo, {});
             return {};
         }
         MIEN_TRY(picture, clip_.texture->read(0));
-        MIEN_TRY(bytes, media::encode_jpeg(picture));
-        layer(LayerKind::static_albedo, {blob(BlobKind::texture, std::move(bytes))});
-        out_.model.static_albedo = std::move(picture);
-        return {};
+        return add_picture(picture, parts_);
     }
 
     const Clip& clip_;
     const ModelOptions& options_;
-    protocol::Manifest manifest_;
-    BlobList list_;
-    EncodedModel out_;
+    ModelParts parts_;
 };
 
 }  // namespace

@@ -77,7 +77,11 @@ Result<EncodedStream> encode_stream(const Clip& clip, const StreamOptions& optio
     if (options.motion.kind == MotionKind::vertices && options.motion.rms) model_options.step = shape_step(*options.motion.rms);
     if (options.motion.kind == MotionKind::vertices && options.motion.peak) model_options.step = shape_step(*options.motion.peak / 5);
     if (progress) progress("face model", 0, 0);
-    MIEN_TRY(model, encode_model(clip, model_options));
+    if (options.model && (options.motion.kind != MotionKind::markers || !model::driving_markers(options.model->model)))
+        return Error{ErrorCode::mismatch, "a trained model is driven by markers, so it goes with marker motion alone"};
+    if (options.model && model::driving_markers(options.model->model)->rows() != clip.markers->points)
+        return Error{ErrorCode::mismatch, "the model has " + std::to_string(model::driving_markers(options.model->model)->rows()) + " markers, but the clip has " + std::to_string(clip.markers->points)};
+    MIEN_TRY(model, options.model ? Result<EncodedModel>(*options.model) : encode_model(clip, model_options));
     EncodedStream& out = stream.out();
     out.header.model = model.manifest;
     out.header.group_frames = std::uint32_t(per_group);
@@ -91,8 +95,7 @@ Result<EncodedStream> encode_stream(const Clip& clip, const StreamOptions& optio
             motion_options.mirror = model.model.neutral.mirror;
             break;
         case MotionKind::markers:
-            if (const auto* blend = std::get_if<model::BlendBase>(&model.model.base)) motion_options.reference = blend->markers;
-            else motion_options.reference = std::get<model::PointBase>(model.model.base).markers;
+            motion_options.reference = *model::driving_markers(model.model);
             break;
         case MotionKind::weights: break;
     }

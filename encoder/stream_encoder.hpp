@@ -19,6 +19,8 @@ struct StreamOptions {
     MotionOptions motion;
     std::optional<TextureOptions> texture = TextureOptions{};  ///< none: no texture track and no static texture
     std::optional<SoundOptions> sound = SoundOptions{};        ///< none: no sound track
+    /// A trained model with its blobs, instead of one made from the clip: motion is then that of its markers. The clip's must be as many.
+    std::optional<EncodedModel> model;
     std::optional<double> group_seconds = 1.0;                 ///< none: the whole clip is one group
 };
 

@@ -81,6 +81,8 @@ class MediumSurface {
 public:
     MediumSurface(const Mesh& neutral, const DomainMap& medium_domain);
     Points move(PointsRef base, const float* medium) const;
+    /// Where a vertex lies among the map's texels; count 0: it never moves.
+    const DomainSampler::Sample& sample(std::size_t vertex) const { return samples_[vertex]; }
 
 private:
     std::vector<DomainSampler::Sample> samples_;  // of every vertex

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -8,6 +9,7 @@
 #include "core/clip.hpp"
 #include "core/mesh.hpp"
 #include "model/contact.hpp"
+#include "model/detail_layers.hpp"
 #include "model/linear_motion.hpp"
 
 /// The face model: everything static about one actor, as layers (design: base shape, dynamics, medium, fine, albedo).
@@ -27,6 +29,13 @@ struct BlendBase {
     std::vector<Site> sites;               ///< M, place of each marker on the neutral mesh
     std::vector<std::uint32_t> row_start;  ///< V + 1; terms of vertex j are row_start[j] .. row_start[j + 1]
     std::vector<Term> terms;
+};
+
+/// Base shape of Ma et al. 2008, section 4: a linear thin shell that its markers hold.
+struct ShellBase {
+    Points markers;                        ///< M x 3 neutral marker positions, mm, head space
+    std::vector<Site> sites;               ///< M, place of each marker on the neutral mesh
+    Eigen::MatrixXf response;              ///< V x M: thin_shell_response, and blend coefficients of what no shell forms
 };
 
 /// Base shape: a mesh moved by blendshape weights.
@@ -49,7 +58,8 @@ struct Eyeball {
 struct FaceModel {
     std::string actor;
     Mesh neutral;                                  ///< empty for PointBase
-    std::variant<VertexBase, BlendBase, BlendshapeBase, PointBase> base;
+    std::variant<VertexBase, BlendBase, ShellBase, BlendshapeBase, PointBase> base;
+    std::shared_ptr<const DetailLayers> detail;    ///< medium, fine and albedo over any base shape that has a mesh; or null
     std::optional<Eyeball> eyes[2];                ///< actor's right, left; only when gaze is not already in the motion vector
     std::optional<Contact> contact;                ///< of the lips, where the base shape does not keep them apart
     std::optional<Image> static_albedo;            ///< used when the stream has no texture track
@@ -64,11 +74,16 @@ struct FaceModel {
 /// costs one small matrix product whatever the base is; the GPU holds exactly this.
 LinearMotion compose(const FaceModel& model, const LinearMotion& motion);
 
+/// Neutral positions of the markers that drive a model, M x 3 mm, and where they sit on its mesh; null when no markers drive it, or there is
+/// no mesh.
+const Points* driving_markers(const FaceModel& model);
+const std::vector<Site>* driving_sites(const FaceModel& model);
+
 /// Neutral positions of all drawn points, V x 3 mm.
 const Points& neutral_points(const FaceModel& model);
 
-/// The reference for the GPU: neutral + mean + components * w, eyes turned by gaze, lips held apart, then the head pose.
-/// V x 3 mm.
+/// The reference for the GPU: neutral + mean + components * w, the medium layer of its detail, eyes turned by gaze, lips held
+/// apart, then the head pose. V x 3 mm.
 Points evaluate(const FaceModel& model, const LinearMotion& composed, const Motion& motion);
 
 }  // namespace mien::model

@@ -33,6 +33,9 @@ public:
     /// Markers within two edges of marker i, i included: N2(i), ascending.
     const std::vector<std::uint32_t>& neighbourhood(std::size_t i) const { return near_[i]; }
 
+    /// Standard deviations over N2(i) at neutral, mm: (along u, along v).
+    const Eigen::Vector2f& neutral_spread(std::size_t i) const { return neutral_spread_[i]; }
+
     /// S of every marker. `markers`: M x 3 in head space (head pose removed), all there. O_i is the offset from neutral;
     /// E_i = sqrt|N2(i)| (sd{t . P_j} - sd{t . P_j neutral}) over N2(i) for t = u, v (equation 2).
     Deformations measure(PointsRef markers) const;

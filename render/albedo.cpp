@@ -103,7 +103,7 @@ void Albedo::apply(gl::Program& program) const {
 }
 
 const char* Albedo::defines(Kind kind) {
-    return kind == Kind::none ? "#define ALBEDO_NONE\n" : kind == Kind::rgb ? "#define ALBEDO_RGB\n" : "#define ALBEDO_YUV\n";
+    return kind == Kind::none ? "#define ALBEDO_NONE\n" : kind == Kind::rgb ? "#define ALBEDO_RGB\n" : kind == Kind::yuv ? "#define ALBEDO_YUV\n" : "#define ALBEDO_MAP\n";
 }
 
 }  // namespace mien::render

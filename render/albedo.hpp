@@ -10,7 +10,7 @@ namespace mien::render {
 /// The colour of the skin as textures: video planes still Y'CbCr, or one RGB picture. Rows from the top.
 class Albedo {
 public:
-    enum class Kind { none, rgb, yuv };
+    enum class Kind { none, rgb, yuv, map };
 
     void set(const YuvView& picture);
     void set(const Image& picture);

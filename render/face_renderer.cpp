@@ -7,10 +7,12 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <tuple>
 
 #include "embedded_mien_render.hpp"
 #include "render/albedo.hpp"
 #include "render/corners.hpp"
+#include "render/detail_map.hpp"
 #include "render/gl.hpp"
 #include "render/point_cloud.hpp"
 #include "render/shadow_map.hpp"
@@ -46,6 +48,10 @@ struct FaceRenderer::State {
             make_layout();
             make_casters();
         }
+        if (model.detail && (model.detail->model().fine.texels > 0 || model.detail->model().albedo.texels > 0)) {
+            detail_map.emplace(*model.detail, model.static_albedo ? &*model.static_albedo : nullptr);
+            texels_a_mm = float(model.detail->texels_a_mm());
+        }
         any = gl::make_vertex_array();
         backdrop = gl::make_program(embedded::shaders_backdrop_vert, embedded::shaders_backdrop_frag);
     }
@@ -75,11 +81,11 @@ struct FaceRenderer::State {
         glEnableVertexArrayAttrib(id, 0);
     }
 
-    gl::Program& program(Surface surface, Albedo::Kind kind) {
-        const auto [at, fresh] = programs.try_emplace({surface, kind});
+    gl::Program& program(Surface surface, Albedo::Kind kind, bool fine) {
+        const auto [at, fresh] = programs.try_emplace({surface, kind, fine});
         if (fresh)
             at->second = gl::make_program(embedded::shaders_face_vert, embedded::shaders_face_frag,
-                                          surface_defines(surface) + Albedo::defines(kind));
+                                          surface_defines(surface) + Albedo::defines(kind) + (fine ? "#define FINE\n" : ""));
         return at->second;
     }
 
@@ -103,7 +109,9 @@ struct FaceRenderer::State {
     gl::Buffer corners, indices, caster_indices, neutral;
     GLsizei index_count = 0;
     gl::VertexArray layout, casters, any;
-    std::map<std::pair<Surface, Albedo::Kind>, gl::Program> programs;
+    std::optional<DetailMap> detail_map;
+    float texels_a_mm = 0;
+    std::map<std::tuple<Surface, Albedo::Kind, bool>, gl::Program> programs;
     std::optional<PointCloud> points;
     std::optional<ShadowMap> shadow;       // made when first wanted
     gl::Program backdrop;
@@ -139,6 +147,14 @@ void FaceRenderer::State::draw_batch(const Batch& batch, gl::Program& program) {
 }
 
 void FaceRenderer::State::draw_face(const Camera& camera, const Look& look, const Target& target) {
+    // Positions from outside say nothing of markers that the maps could follow.
+    const bool detailed = detail_map && motion;
+    const bool fine = detailed && look.fine && look.lit && detail_map->has_fine(), coloured = detailed && look.polynomial_albedo && detail_map->has_albedo();
+    if (fine || coloured) {
+        const float mm_a_pixel = 2 * (camera.eye - shape.pose().apply(box.center())).norm() * std::tan(camera.fov / 2) / float(target.height());
+        detail_map->evaluate(shape.detail()->parameters(), texels_a_mm * mm_a_pixel);
+        target.bind();
+    }
     const bool shadowed = look.shadows && look.lit;
     Eigen::Matrix4f light_projection = Eigen::Matrix4f::Identity();
     if (shadowed) {
@@ -158,8 +174,10 @@ void FaceRenderer::State::draw_face(const Camera& camera, const Look& look, cons
         const bool cornea = batch.surface == Surface::cornea;
         if (cornea && !look.lit) continue;
         const bool textured = look.texture && batch.textured && !cornea && batch.surface != Surface::lashes;
-        gl::Program& p = program(batch.surface, textured ? albedo.kind() : Albedo::Kind::none);
+        const Albedo::Kind kind = !textured ? Albedo::Kind::none : coloured ? Albedo::Kind::map : albedo.kind();
+        gl::Program& p = program(batch.surface, kind, fine && batch.surface == Surface::skin);
         if (textured) albedo.apply(p);
+        if (fine || coloured) detail_map->bind(2);
         p.set("view_projection", view_projection);
         p.set("light_projection", light_projection);
         p.set("head_rotation", Eigen::Matrix3f(shape.pose().rotation.toRotationMatrix()));

@@ -104,9 +104,9 @@ Program make_program(std::string_view vertex, std::string_view fragment, std::st
     return program;
 }
 
-Program make_compute(std::string_view source) {
+Program make_compute(std::string_view source, std::string_view defines) {
     Program program;
-    program.program_ = decltype(program.program_)(link({compile(GL_COMPUTE_SHADER, source, {})}));
+    program.program_ = decltype(program.program_)(link({compile(GL_COMPUTE_SHADER, source, defines)}));
     return program;
 }
 

@@ -68,7 +68,7 @@ public:
 
 private:
     friend Program make_program(std::string_view, std::string_view, std::string_view);
-    friend Program make_compute(std::string_view);
+    friend Program make_compute(std::string_view, std::string_view);
     GLint location(const char* name);
 
     Name<delete_program> program_;
@@ -78,6 +78,6 @@ private:
 /// `defines` goes between the #version line and the rest of both sources. A shader that does not compile is a mistake of
 /// ours or of the driver: throws EnvironmentError with the log.
 Program make_program(std::string_view vertex, std::string_view fragment, std::string_view defines = {});
-Program make_compute(std::string_view source);
+Program make_compute(std::string_view source, std::string_view defines = {});
 
 }  // namespace mien::render::gl

@@ -27,6 +27,8 @@ struct Lighting {
 /// How a picture is to look; each part can be switched by itself.
 struct Look {
     ShapeSteps steps;
+    bool fine = true;           ///< wrinkles and pores of a detail model
+    bool polynomial_albedo = true;  ///< colour of a detail model; false: the texture's
     bool texture = true;
     bool lit = true;            ///< false: albedo as it is
     bool shadows = true;

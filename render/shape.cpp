@@ -94,6 +94,8 @@ Shape::Shape(const model::FaceModel& model, const model::LinearMotion& composed)
         members_ = gl::make_buffer(sizeof contact->members[0] * contact->members.size(), contact->members.data());
     }
 
+    if (model.detail) detail_.emplace(*model.detail);
+
     const Rings rings = rings_of(std::uint32_t(count_), triangles_of(model));
     ring_start_ = gl::make_buffer(sizeof rings.start[0] * rings.start.size(), rings.start.data());
     ring_ = gl::make_buffer(sizeof rings.corners[0] * rings.corners.size(), rings.corners.data());
@@ -130,6 +132,7 @@ void Shape::form(const model::Motion& motion, const ShapeSteps& steps) {
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, moves ? component_blocks_[b].id() : weights_.id());
         dispatch(count_);
     }
+    if (detail_) detail_->form(positions_, pose_, steps.medium);
     if (steps.motion && pair_count_ > 0) hold_lips_apart();
     form_normals();
 }

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "model/face_model.hpp"
+#include "render/detail_shape.hpp"
 #include "render/gl.hpp"
 #include "render/shape_steps.hpp"
 
@@ -17,6 +19,9 @@ public:
     void form(const model::Motion& motion, const ShapeSteps& steps);
     /// Positions from outside (V x 3 mm, clip space), for truth renders; `pose` is the head's, for cavities and light.
     void form(PointsRef positions, const RigidPose& pose);
+
+    /// Of a model with detail: what its maps are functions of. Null without.
+    const DetailShape* detail() const { return detail_ ? &*detail_ : nullptr; }
 
     const gl::Buffer& positions() const { return positions_; }
     const gl::Buffer& normals() const { return normals_; }
@@ -36,6 +41,7 @@ private:
     gl::Program shape_, contact_, normals_program_;
     gl::Buffer positions_, normals_, neutral_, neutral_and_mean_, weights_, eye_of_, pairs_, members_, ring_start_, ring_;
     std::vector<gl::Buffer> component_blocks_;
+    std::optional<DetailShape> detail_;
     Vec3 eye_centre_[2] = {Vec3::Zero(), Vec3::Zero()};
     RigidPose pose_;
 };

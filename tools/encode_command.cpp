@@ -14,21 +14,35 @@
 #include "protocol/stream_file.hpp"
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
+#include "tools/stored_stream.hpp"
 
 namespace mien::tools {
 namespace {
 
 struct Request {
-    std::string clip, output, name, fps;
+    std::string clip, output, name, fps, model;
     std::string motion = "auto", preset = "file", group = "1", unit;
     std::optional<double> rms, peak, motion_kbps;
     std::string texture_codec = "h264", texture_speed;
     std::optional<double> texture_kbps, texture_quality;
     std::string sound_codec = "opus";
     double sound_kbps = 48;
-    bool no_texture = false, no_sound = false, overwrite = false, quiet = false;
+    bool texture_asked = false, no_texture = false, no_sound = false, overwrite = false, quiet = false;
     int threads = 0;
 };
+
+/// The model of a file that `mien train` wrote, with its blobs as they are.
+Result<encoder::EncodedModel> read_model(const std::string& path) {
+    MIEN_TRY(stream, StoredStream::open(path));
+    if (!stream.header().tracks.empty()) return Error{ErrorCode::invalid, "'" + path + "' is a stream, not a model file"};
+    encoder::EncodedModel model;
+    model.manifest = stream.header().model;
+    MIEN_TRY(face, stream.model());
+    model.model = std::move(face);
+    for (const protocol::BlobInfo& blob : stream.reader().catalogue().blobs)
+        if (const Bytes* bytes = stream.blob(blob.hash)) model.blobs.push_back({blob.hash, blob.kind, *bytes});
+    return model;
+}
 
 /// A file that appears under its name only when it is whole.
 class AtomicFile {
@@ -77,7 +91,8 @@ Result<encoder::StreamOptions> stream_options(const Request& request, const Clip
     using protocol::MotionKind;
     encoder::StreamOptions options;
     options.name = request.name;
-    MotionKind kind = clip.vertices ? MotionKind::vertices : clip.markers ? MotionKind::markers : MotionKind::weights;
+    // A trained model brings the whole face, its colour too: markers alone are sent, and a video of the skin only if asked for.
+    MotionKind kind = !request.model.empty() ? MotionKind::markers : clip.vertices ? MotionKind::vertices : clip.markers ? MotionKind::markers : MotionKind::weights;
     if (request.motion == "vertices") kind = MotionKind::vertices;
     if (request.motion == "markers") kind = MotionKind::markers;
     if (request.motion == "weights") kind = MotionKind::weights;
@@ -103,7 +118,7 @@ Result<encoder::StreamOptions> stream_options(const Request& request, const Clip
             return Error{ErrorCode::invalid, "--group takes seconds (up to 3600) or 'whole', not '" + request.group + "'"};
         }
     }
-    if (request.no_texture) {
+    if (request.no_texture || (!request.model.empty() && !request.texture_asked)) {
         options.texture.reset();
     } else {
         options.texture->codec = request.texture_codec;
@@ -139,6 +154,10 @@ Result<int> encode(const Request& request) {
     for (const std::string& text : loaded.warnings) warn(text);
     const Clip& clip = loaded.clip;
     MIEN_TRY(options, stream_options(request, clip));
+    if (!request.model.empty()) {
+        MIEN_TRY(model, read_model(request.model));
+        options.model = std::move(model);
+    }
     if (options.name.empty()) options.name = output.stem().string();
 
     // Before the long work: is there a place to write to?
@@ -172,6 +191,8 @@ void add_encode(CLI::App& mien, int& code) {
     command->add_option("--unit", request->unit, "Unit of lengths, for clips that do not say")->check(CLI::IsMember({"mm", "cm", "m"}));
     command->add_option("--motion", request->motion, "What is sent: vertices, markers or weights (default: the first the clip has)")
         ->check(CLI::IsMember({"auto", "vertices", "markers", "weights"}));
+    command->add_option("--model", request->model, "Model file of mien train: only markers, pose and sound are sent; with --texture-* also a video")
+        ->check(CLI::ExistingFile);
     auto* rms = command->add_option("--rms", request->rms, "Motion error to meet, RMS, mm (default 0.1; weights: 0.005)")->check(CLI::PositiveNumber);
     auto* peak = command->add_option("--peak", request->peak, "Motion error to meet, largest of all points and frames, mm")->check(CLI::PositiveNumber);
     auto* rate = command->add_option("--motion-kbps", request->motion_kbps, "Bits for motion instead of an error, kbit/s")->check(CLI::PositiveNumber);
@@ -181,9 +202,9 @@ void add_encode(CLI::App& mien, int& code) {
         ->check(CLI::IsMember({"file", "live", "guenter98"}))
         ->capture_default_str();
     command->add_option("--group", request->group, "Seconds per group, or 'whole'")->capture_default_str();
-    command->add_option("--texture-codec", request->texture_codec, "mpeg4, h264, hevc or av1")->capture_default_str();
+    auto* texture_codec = command->add_option("--texture-codec", request->texture_codec, "mpeg4, h264, hevc or av1")->capture_default_str();
     auto* texture_rate = command->add_option("--texture-kbps", request->texture_kbps, "Texture bit rate, kbit/s")->check(CLI::PositiveNumber);
-    command->add_option("--texture-quality", request->texture_quality, "Texture quality 0 .. 100 instead of a rate")->check(CLI::Range(0, 100))->excludes(texture_rate);
+    auto* texture_quality = command->add_option("--texture-quality", request->texture_quality, "Texture quality 0 .. 100 instead of a rate")->check(CLI::Range(0, 100))->excludes(texture_rate);
     command->add_option("--texture-speed", request->texture_speed, "The codec's own preset name");
     command->add_option("--sound-codec", request->sound_codec, "opus or aac")->capture_default_str();
     command->add_option("--sound-kbps", request->sound_kbps, "Sound bit rate, kbit/s")->check(CLI::PositiveNumber)->capture_default_str();
@@ -191,7 +212,10 @@ void add_encode(CLI::App& mien, int& code) {
     command->add_flag("--no-sound", request->no_sound, "Leave the sound out");
     command->add_option("--threads", request->threads, "Threads (default: all cores); the result is the same for any number");
     command->add_flag("-q,--quiet", request->quiet, "No progress, no summary");
-    command->callback([request, &code] { code = guarded([&] { return encode(*request); }); });
+    command->callback([=, &code] {
+        request->texture_asked = texture_codec->count() + texture_rate->count() + texture_quality->count() > 0;
+        code = guarded([&] { return encode(*request); });
+    });
 }
 
 }  // namespace mien::tools

@@ -5,6 +5,7 @@
 #include "analysis/training_report.hpp"
 #include "core/environment_error.hpp"
 #include "core/parallel.hpp"
+#include "encoder/detail_encoder.hpp"
 #include "io/clip_folder.hpp"
 #include "io/file.hpp"
 #include "io/image_file.hpp"
@@ -20,7 +21,7 @@ struct Request {
     std::string clip, output, order = "biquadratic", report;
     std::vector<std::string> on;
     std::vector<double> ridge;
-    double reach = 30, high_pass = 4;
+    double reach = 30, high_pass = 4, most_kilobytes = 0;
     std::int64_t every = 1;
     int threads = 0;
     bool paper = false, overwrite = false, quiet = false;
@@ -105,7 +106,27 @@ Result<int> train(const Request& request) {
     options.progress = progress;
     MIEN_TRY(trained, analysis::train(clip, options));
     if (!request.report.empty()) MIEN_CHECK(write_report(request, trained, clip, progress));
+    encoder::DetailOptions coding;
+    coding.progress = progress;
+    coding.most_bytes = std::size_t(request.most_kilobytes * 1000);
+    std::optional<Image> picture;
+    if (clip.texture) {
+        MIEN_TRY(first, clip.texture->read(0));
+        picture = std::move(first);
+        coding.picture = &*picture;
+    }
+    MIEN_TRY(coded, encoder::encode_detail(trained.model, trained.moments, clip.name, coding));
+    const Bytes file = encoder::detail_file(coded, output.stem().string());
+    io::write_file(output, ByteView(file));
     end_progress();
+    if (!request.quiet) {
+        fmt::print("{}: {} from {} frames\n", request.output, human_bytes(file.size()), trained.frames);
+        for (const auto& layer : coded.layers) {
+            std::size_t bytes = 0;
+            for (const std::size_t stage : layer.stage_bytes) bytes += stage;
+            fmt::print("  {:<8} {:>9}, coding added {:.2g} {} RMS\n", layer.name, human_bytes(bytes), layer.error, layer.name == "albedo" ? "of linear albedo" : "mm");
+        }
+    }
     return kDone;
 }
 
@@ -123,6 +144,7 @@ void add_train(CLI::App& mien, int& code) {
     command->add_flag("--paper", request->paper, "Every step as Ma et al. 2008 have it");
     command->add_option("--reach", request->reach, "Skin farther from every marker than this has no detail, mm")->check(CLI::PositiveNumber)->capture_default_str();
     command->add_option("--high-pass", request->high_pass, "Width of what the medium layer is left to carry, mm")->check(CLI::PositiveNumber)->capture_default_str();
+    command->add_option("--kbytes", request->most_kilobytes, "Largest size of the model, kB: its error grows until it fits")->check(CLI::PositiveNumber);
     command->add_option("--report", request->report, "Folder for figures, tables and error maps; also fits and measures other orders and two rivals");
     command->add_option("--on", request->on, "Clips with scans that were not trained on, for the report")->check(CLI::ExistingPath);
     command->add_option("--every", request->every, "Measure only every N-th frame")->check(CLI::PositiveNumber)->capture_default_str();

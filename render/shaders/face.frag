@@ -21,6 +21,9 @@ uniform mat3 to_rgb;
 uniform vec3 yuv_offset;
 uniform vec4 chroma_place;
 #endif
+#if defined(ALBEDO_MAP) || defined(FINE)
+layout(binding = 2) uniform sampler2D detail_map;   // linear albedo, height in mm
+#endif
 layout(binding = 3) uniform sampler2DShadow shadow_map;
 
 uniform vec3 eye;
@@ -67,6 +70,8 @@ vec3 albedo() {
     const vec2 chroma = texcoord * chroma_place.xy + chroma_place.zw;
     const vec3 yuv = vec3(texture(luma, texcoord).r, texture(colour_difference, chroma).rg);
     return srgb_to_linear(clamp(to_rgb * (yuv - yuv_offset), 0.0, 1.0));
+#elif defined(ALBEDO_MAP)
+    return texture(detail_map, texcoord).rgb;
 #elif SURFACE == SKIN || SURFACE == OTHER
     return vec3(0.50, 0.33, 0.26);
 #elif SURFACE == EYE
@@ -79,6 +84,18 @@ vec3 albedo() {
     return vec3(0.025, 0.018, 0.015);
 #endif
 }
+
+#ifdef FINE
+// The normal of a surface that stands out by the map's height: Mikkelsen 2010, with the slope taken over a pixel.
+vec3 roughened(vec3 n) {
+    const vec3 px = dFdx(position), py = dFdy(position);
+    const float h = texture(detail_map, texcoord).a;
+    const float hx = texture(detail_map, texcoord + dFdx(texcoord)).a - h, hy = texture(detail_map, texcoord + dFdy(texcoord)).a - h;
+    const vec3 a = cross(py, n), b = cross(n, px);
+    const float area = dot(px, a);
+    return normalize(abs(area) * n - sign(area) * (hx * a + hy * b));
+}
+#endif
 
 // Light that enters skin on the lit side leaves beyond the terminator, red farthest.
 #if SURFACE == SKIN || SURFACE == OTHER
@@ -118,6 +135,9 @@ void main() {
     }
     const vec3 to_eye = normalize(eye - position);
     vec3 n = normalize(normal);
+#ifdef FINE
+    n = roughened(n);
+#endif
 #if SURFACE == SKIN
     // The inside of the head is no skin: what shows through a hole stays dark.
     const float inside = gl_FrontFacing ? 1.0 : 0.12;

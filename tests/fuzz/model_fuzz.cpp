@@ -95,7 +95,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
             if (points > 1000) break;
             Eigen::Index d = 3 * points;
             if (const auto* shapes = std::get_if<model::BlendshapeBase>(&model->base)) d = Eigen::Index(shapes->targets.size());
-            if (const auto* blend = std::get_if<model::BlendBase>(&model->base)) d = 3 * blend->markers.rows();
+            if (const Points* markers = model::driving_markers(*model)) d = 3 * markers->rows();
             still.mean = Eigen::VectorXf::Zero(d);
             still.components = Eigen::MatrixXf::Zero(d, 0);
             check(model::evaluate(*model, model::compose(*model, still), {}).rows() == points);

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "core/geometry.hpp"
+#include "model/detail_layers.hpp"
+#include "render/gl.hpp"
+
+namespace mien::render {
+
+/// What a detail model adds to a formed base shape on the GPU: deformation at the markers, d1 and d2 over the marker triangles, and
+/// the medium layer on the vertices.
+class DetailShape {
+public:
+    explicit DetailShape(const model::DetailLayers& layers);
+
+    /// positions: V x 3 floats, posed by `pose`. Measures them, then moves them by the medium layer if it is wanted.
+    void form(const gl::Buffer& positions, const RigidPose& pose, bool medium);
+
+    /// 12 floats per marker triangle: six of d1, six of d2 (model::DomainParameters).
+    const gl::Buffer& parameters() const { return parameters_; }
+    model::DomainParameters read_parameters() const;   ///< for tests
+
+private:
+    void make_markers(const model::DetailLayers& layers);
+    void make_moved(const model::DetailLayers& layers);
+
+    int marker_count_ = 0, triangle_count_ = 0, moved_count_ = 0;
+    gl::Program deformation_program_, parameters_program_, medium_program_;
+    gl::Buffer markers_, near_, triangles_, deformations_, parameters_, moved_, texels_, coefficients_;
+};
+
+}  // namespace mien::render
