@@ -1,6 +1,7 @@
 #include "decoder/detail_decoder.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -10,6 +11,7 @@
 #include "coding/detail_code.hpp"
 #include "coding/texel_mask.hpp"
 #include "core/parallel.hpp"
+#include "decoder/detail_limits.hpp"
 #include "decoder/mesh_blobs.hpp"
 #include "model/term_basis.hpp"
 #include "protocol/messages.hpp"
@@ -21,15 +23,9 @@ namespace {
 using protocol::Layer;
 using protocol::LayerKind;
 
-constexpr std::uint64_t kMaxShellValues = 1u << 25;   // vertices x markers: 100 000 x 300
-constexpr std::uint64_t kMaxMapValues = 1u << 26;     // texels x planes: 18 planes of a 2048 map that is two thirds full
-constexpr std::uint64_t kValuesPerByte = 1u << 14;    // no zero costs less than 24 / 65536 of ln 2 bits
-constexpr std::uint64_t kMaxPlaceSteps = 1u << 31;    // texels x marker triangles that each is looked for in
+Error damaged(const std::string& what) { return {ErrorCode::damaged, "the " + what}; }
 
-Error damaged(const char* what) { return {ErrorCode::damaged, std::string("the ") + what}; }
-
-/// Bytes first, so that what a few of them announce is believed only as far as they reach.
-bool plausible(std::uint64_t values, std::size_t bytes) { return values <= kMaxMapValues && values <= kValuesPerByte * (bytes + 64); }
+constexpr const char* kMisplaced = "model manifest's layers do not build on each other";
 
 class DetailUnpacker {
 public:
@@ -40,40 +36,48 @@ public:
         MIEN_TRY(manifest, protocol::parse_manifest(*bytes));
         for (const Layer& layer : manifest.layers) MIEN_CHECK(add(layer));
         if (factors_.terms == 0) return Error{ErrorCode::invalid, "the model has no marker domain, so it has no detail"};
+        std::vector<std::optional<Error>> errors(jobs_.size());
+        parallel_for(std::int64_t(jobs_.size()), [&](std::int64_t j) {
+            if (auto done = unpack(jobs_[std::size_t(j)]); !done) errors[std::size_t(j)] = done.error();
+        });
+        for (const auto& error : errors)
+            if (error) return *error;
+        for (const Job& job : jobs_) (job.map == &model_.medium ? model_.medium_domain : model_.fine_domain) = job.domain->map;
         return std::move(model_);
     }
 
 private:
     Result<void> add(const Layer& layer) {
+        if (seen_[std::size_t(layer.kind)] && layer.kind >= LayerKind::thin_shell) return damaged(kMisplaced);
+        seen_[std::size_t(layer.kind)] = true;
         switch (layer.kind) {
             case LayerKind::shape: {
-                if (model_.neutral.vertex_count() > 0) return damaged("model manifest has two shapes");
+                if (model_.neutral.vertex_count() > 0) return damaged(kMisplaced);
                 MIEN_TRY(mesh, mesh_of(find_, layer));
                 model_.neutral = std::move(mesh);
                 return {};
             }
             case LayerKind::thin_shell: return add_shell(layer);
             case LayerKind::marker_domain: return add_marker_domain(layer);
-            case LayerKind::medium: return add_map(layer, "medium", 3, model_.medium, model_.medium_domain);
-            case LayerKind::fine: return add_map(layer, "fine", 1, model_.fine, model_.fine_domain);
-            case LayerKind::albedo_map: return add_map(layer, "albedo", 3, model_.albedo, model_.fine_domain);
+            case LayerKind::medium: return add_map(layer, "medium", 3, model_.medium);
+            case LayerKind::fine: return add_map(layer, "fine", 1, model_.fine);
+            case LayerKind::albedo_map: return add_map(layer, "albedo", 3, model_.albedo);
             default: return {};
         }
     }
 
     Result<void> add_shell(const Layer& layer) {
-        if (!model_.neutral.has_texcoords() || !model_.sites.empty()) return damaged("model manifest's layers do not build on each other");
+        if (!model_.neutral.has_texcoords()) return damaged(kMisplaced);
         MIEN_TRY(bytes, needed_blob(find_, layer, 0));
-        const std::uint32_t V = model_.neutral.vertex_count();
-        MIEN_TRY(shell, coding::decode_shell(*bytes, V));
-        if (std::uint64_t(V) * shell.sites.size() > kMaxShellValues) return Error{ErrorCode::limit_exceeded, "the model has too many vertices for so many markers"};
+        MIEN_TRY(shell, coding::decode_shell(*bytes, model_.neutral.vertex_count()));
+        MIEN_CHECK(check_skin(model_.neutral, shell.sites.size()));
         model_.sites = std::move(shell.sites);
         model_.fixed = std::move(shell.fixed);
         return {};
     }
 
     Result<void> add_marker_domain(const Layer& layer) {
-        if (model_.sites.empty() || factors_.terms > 0) return damaged("model manifest's layers do not build on each other");
+        if (model_.sites.empty()) return damaged(kMisplaced);
         MIEN_TRY(bytes, needed_blob(find_, layer, 0));
         const auto M = Eigen::Index(model_.sites.size());
         MIEN_TRY(markers, coding::decode_marker_domain(*bytes, std::uint32_t(M)));
@@ -85,13 +89,6 @@ private:
                 model_.axes.q(m, k) = markers.axes[std::size_t(m)][std::size_t(k)];
                 model_.axes.r(m, k) = markers.axes[std::size_t(m)][std::size_t(k + model::kDeformationSize)];
             }
-        // Triangles that lie within two edges of a marker, at most: what a texel is looked for in.
-        std::vector<std::uint64_t> around(std::size_t(M), 0), near(std::size_t(M), 0);
-        for (const Triangle& t : markers.triangles)
-            for (const std::uint32_t corner : t) ++around[corner];
-        for (const Triangle& t : markers.triangles)
-            for (const std::uint32_t corner : t) near[corner] += around[t[0]] + around[t[1]] + around[t[2]];
-        if (!near.empty()) places_ = *std::max_element(near.begin(), near.end());
         model_.marker_triangles = std::move(markers.triangles);
         factors_ = {markers.terms, std::move(markers.factors)};
         return {};
@@ -111,46 +108,58 @@ private:
         std::vector<std::uint32_t> number(mask.set.size());
         for (std::size_t i = 0; i < mask.set.size(); ++i)
             if (mask.set[i]) number[i] = out.texels++;
-        if (out.texels * places_ > kMaxPlaceSteps) return Error{ErrorCode::limit_exceeded, "the model's markers are joined too densely for so large a map"};
+        MIEN_CHECK(check_domain(model_.neutral, model_.marker_triangles, model_.sites.size(), mask.width, mask.height, out.texels));
         out.map = model::detail_domain(model_, mask.width, mask.height, mask.set);
         for (const std::uint32_t place : out.map.place) out.rank.push_back(number[place]);
         out.mask = std::move(mask);
         return &domains_.emplace(hash, std::move(out)).first->second;
     }
 
-    Result<void> add_map(const Layer& layer, const char* name, int channels, model::PolynomialMap& map, model::DomainMap& domain_map) {
-        if (factors_.terms == 0 || map.texels > 0) return damaged("model manifest's layers do not build on each other");
+    /// A map whose head has been checked.
+    struct Job {
+        const char* name;
+        const Domain* domain;
+        coding::CodedMap coded;
+        std::vector<coding::MapStage> refinements;
+        model::PolynomialMap* map;
+    };
+
+    Result<void> add_map(const Layer& layer, const char* name, int channels, model::PolynomialMap& map) {
+        if (factors_.terms == 0) return damaged(kMisplaced);
         if (layer.blobs.size() < 2) return damaged("model manifest names too few blobs for a layer");
         const Bytes *mask_bytes = find_(layer.blobs[0]), *map_bytes = find_(layer.blobs[1]);
         if (!mask_bytes || !map_bytes) return {};
         MIEN_TRY(coded, coding::decode_map(*map_bytes));
-        const auto order = model::PolynomialOrder(coded.head.order);
-        const int terms = model::term_count(order);
+        const int terms = model::term_count(model::PolynomialOrder(coded.head.order));
         if (coded.head.channels != channels || terms > factors_.terms || layer.blobs.size() > 1 + std::size_t(coded.head.stages))
-            return Error{ErrorCode::damaged, std::string("the ") + name + " map does not fit the model"};
+            return damaged(std::string(name) + " map does not fit the model");
         MIEN_TRY(on, domain(layer.blobs[0], *mask_bytes));
-        if (domain_map.size() > 0 && domain_map.place != on->map.place) return damaged("fine and albedo maps cover different texels");
-        const std::uint64_t planes = std::uint64_t(channels) * std::uint64_t(terms);
-        if (!plausible(on->texels * planes, coded.first.coded.size())) return Error{ErrorCode::limit_exceeded, std::string("the ") + name + " map announces more texels than it can hold"};
-
-        const coding::MaskedWavelet wavelet(on->mask);
-        coding::CoefficientPlanes values(wavelet, int(planes));
-        std::array<std::int8_t, 2> lift = coded.first.lift;
-        if (!values.decode(coded.first.coded)) return Error{ErrorCode::damaged, std::string("the ") + name + " map does not decode"};
-        int below = coded.head.stages - 1;
+        for (const Job& job : jobs_)
+            if (job.map == &model_.fine && &map == &model_.albedo && job.domain != on) return damaged("fine and albedo maps cover different texels");
+        if (!plausible(std::uint64_t(on->texels) * std::uint64_t(channels * terms), coded.first.coded.size()))
+            return Error{ErrorCode::limit_exceeded, std::string("the ") + name + " map announces more coefficients than it can hold"};
+        Job job{name, on, std::move(coded), {}, &map};
         for (std::size_t stage = 1; stage + 1 < layer.blobs.size(); ++stage) {
             const Bytes* bytes = find_(layer.blobs[stage + 1]);
             if (!bytes) break;
             MIEN_TRY(refinement, coding::decode_refinement(*bytes, int(stage)));
-            if (!values.decode(refinement.coded)) return Error{ErrorCode::damaged, std::string("a refinement of the ") + name + " map does not decode"};
-            lift = refinement.lift;
-            --below;
+            job.refinements.push_back(std::move(refinement));
         }
-        map = floats(values, wavelet, coded.head, lift, below, *on);
-        model::from_trained_basis(map, on->map, model_.marker_triangles, factors_);
-        if (!std::all_of(map.planes.begin(), map.planes.end(), [](float c) { return std::isfinite(c); }))
-            return Error{ErrorCode::damaged, std::string("the ") + name + " map is not finite"};
-        domain_map = on->map;
+        jobs_.push_back(std::move(job));
+        return {};
+    }
+
+    Result<void> unpack(const Job& job) const {
+        const coding::MapHead& head = job.coded.head;
+        const coding::MaskedWavelet wavelet(job.domain->mask);
+        coding::CoefficientPlanes values(wavelet, head.channels * model::term_count(model::PolynomialOrder(head.order)));
+        if (!values.decode(job.coded.first.coded)) return damaged(std::string(job.name) + " map does not decode");
+        for (const coding::MapStage& refinement : job.refinements)
+            if (!values.decode(refinement.coded)) return damaged(std::string("refinement of the ") + job.name + " map does not decode");
+        const coding::MapStage& last = job.refinements.empty() ? job.coded.first : job.refinements.back();
+        *job.map = floats(values, wavelet, head, last.lift, head.stages - 1 - int(job.refinements.size()), *job.domain);
+        model::from_trained_basis(*job.map, job.domain->map, model_.marker_triangles, factors_);
+        if (!std::all_of(job.map->planes.begin(), job.map->planes.end(), [](float c) { return std::isfinite(c); })) return damaged(std::string(job.name) + " map is not finite");
         return {};
     }
 
@@ -190,8 +199,9 @@ private:
     const FindBlob& find_;
     model::DetailModel model_;
     model::TermFactors factors_;
-    std::uint64_t places_ = 0;
+    std::array<bool, 256> seen_{};  // layers of each kind
     std::map<Hash, Domain> domains_;
+    std::vector<Job> jobs_;
 };
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "coding/coefficient_planes.hpp"
+#include "core/parallel.hpp"
 #include "encoder/detail_planes.hpp"
 #include "encoder/mesh_blobs.hpp"
 #include "protocol/messages.hpp"
@@ -17,7 +18,7 @@ namespace {
 using protocol::BlobKind;
 using protocol::LayerKind;
 
-constexpr double kSpread = 0.05;  // see term_factors
+constexpr double kSpread = 0.02;  // see term_factors
 constexpr int kSearch = 8;        // rounds to keep the asked number of bytes
 
 /// The texels that a map keeps, and what codes them.
@@ -158,11 +159,12 @@ private:
 
     /// All maps at `scale` times their asked errors.
     CodedMaps code_maps_at(double scale) const {
-        CodedMaps coded;
-        for (const LayerJob& job : jobs_) {
-            if (options_.progress) options_.progress("coding the maps", std::int64_t(coded.size()), std::int64_t(jobs_.size()));
-            coded.push_back(job.planes->code(job.planes->step_for(scale * job.rms), options_.stages));
-        }
+        if (options_.progress) options_.progress("coding the maps", 0, 0);
+        CodedMaps coded(jobs_.size());
+        parallel_for(std::int64_t(jobs_.size()), [&](std::int64_t j) {
+            const LayerJob& job = jobs_[std::size_t(j)];
+            coded[std::size_t(j)] = job.planes->code(job.planes->step_for(scale * job.rms), options_.stages);
+        });
         return coded;
     }
 
