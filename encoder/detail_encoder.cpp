@@ -171,7 +171,8 @@ private:
     Result<CodedMaps> code_maps() {
         CodedMaps best = code_maps_at(1);
         if (options_.most_bytes == 0) return best;
-        std::size_t beside = 0;
+        const std::size_t per_layer = 4 + (2 + std::size_t(options_.stages)) * sizeof(Hash);  // of the manifest
+        std::size_t beside = protocol::encode_manifest(manifest_).size() + jobs_.size() * per_layer;
         for (const auto& blob : list_.blobs()) beside += blob.bytes.size();
         const auto fits = [&](const CodedMaps& maps) { return beside + bytes_of(maps) <= options_.most_bytes; };
         if (fits(best)) return best;
