@@ -9,6 +9,7 @@ namespace mien::coding {
 namespace {
 
 constexpr int kLimit = 255;
+constexpr std::uint64_t kTexelsPerByte = 1 << 14;  // chances stay above 32 / 65536, so no texel costs less than 1 / 1400 bit
 
 template <class Coder>
 void code_texels(Coder& coder, TexelMask& mask) {
@@ -47,6 +48,7 @@ Result<TexelMask> decode_mask(ByteView bytes) {
     if (!in.ok() || width == 0 || height == 0) return Error{ErrorCode::damaged, "the texel mask blob does not decode"};
     if (width > kMaxMaskSide || height > kMaxMaskSide)
         return Error{ErrorCode::limit_exceeded, "the texel mask blob announces a map larger than 4096 x 4096"};
+    if (width * height > kTexelsPerByte * (bytes.size() + 64)) return Error{ErrorCode::limit_exceeded, "the texel mask blob announces more texels than it can hold"};
     TexelMask mask{int(width), int(height), std::vector<std::uint8_t>(width * height)};
     RangeDecoder coder(in.bytes(in.remaining()));
     code_texels(coder, mask);

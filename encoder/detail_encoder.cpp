@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "coding/coefficient_planes.hpp"
+#include "core/parallel.hpp"
 #include "encoder/detail_planes.hpp"
 #include "encoder/head_layers.hpp"
 #include "protocol/messages.hpp"
@@ -17,7 +18,7 @@ namespace {
 using protocol::BlobKind;
 using protocol::LayerKind;
 
-constexpr double kSpread = 0.05;  // see term_factors
+constexpr double kSpread = 0.02;  // see term_factors
 constexpr int kSearch = 8;        // rounds to keep the asked number of bytes
 
 /// The texels that a map keeps, and what codes them.
@@ -171,18 +172,20 @@ private:
 
     /// All maps at `scale` times their asked errors.
     CodedMaps code_maps_at(double scale) const {
-        CodedMaps coded;
-        for (const LayerJob& job : jobs_) {
-            if (options_.progress) options_.progress("coding the maps", std::int64_t(coded.size()), std::int64_t(jobs_.size()));
-            coded.push_back(job.planes->code(job.planes->step_for(scale * job.rms), options_.stages));
-        }
+        if (options_.progress) options_.progress("coding the maps", 0, 0);
+        CodedMaps coded(jobs_.size());
+        parallel_for(std::int64_t(jobs_.size()), [&](std::int64_t j) {
+            const LayerJob& job = jobs_[std::size_t(j)];
+            coded[std::size_t(j)] = job.planes->code(job.planes->step_for(scale * job.rms), options_.stages);
+        });
         return coded;
     }
 
     Result<CodedMaps> code_maps() {
         CodedMaps best = code_maps_at(1);
         if (options_.most_bytes == 0) return best;
-        std::size_t beside = 0;
+        const std::size_t per_layer = 4 + (2 + std::size_t(options_.stages)) * sizeof(Hash);  // of the manifest
+        std::size_t beside = protocol::encode_manifest(parts_.manifest).size() + jobs_.size() * per_layer;
         for (const auto& blob : parts_.list.blobs()) beside += blob.bytes.size();
         const auto fits = [&](const CodedMaps& maps) { return beside + bytes_of(maps) <= options_.most_bytes; };
         if (fits(best)) return best;

@@ -112,7 +112,7 @@ Eigen::MatrixXf thin_shell_response(const Mesh& neutral, const std::vector<Site>
     system += 0.1 * stiffest * Sparse(B.transpose() * B);
     for (std::uint32_t i = 0; i < n; ++i) system.coeffRef(i, i) += 1e-12 * stiffest;
     Eigen::SimplicialLDLT<Sparse> factor(system);
-    assert(factor.info() == Eigen::Success);
+    if (factor.info() != Eigen::Success) return response;
 
     // (E + w B'B) x = B' c for every c spans the solutions whose energy nothing but the markers holds; B x = m picks c.
     Eigen::MatrixXd free(n, M);
@@ -126,6 +126,7 @@ Eigen::MatrixXf thin_shell_response(const Mesh& neutral, const std::vector<Site>
     at_markers.diagonal().array() += 1e-9 * at_markers.diagonal().maxCoeff();
     const Eigen::MatrixXd chosen = at_markers.ldlt().solve(Eigen::MatrixXd::Identity(M, M));
     const Eigen::MatrixXf rows = (free * chosen).cast<float>();
+    if (!rows.allFinite()) return response;
     for (std::uint32_t v = 0; v < V; ++v)
         if (unknown[v] != kNone) response.row(v) = rows.row(unknown[v]);
     return response;

@@ -28,7 +28,7 @@ struct ThinShellOptions {
 /// vertices. It is linear in the markers, so x = R m with R (V x M), the same for all three coordinates. Only the skin
 /// (`surfaces`, bit s: Surface(s)) that hangs together with a marker or a fixed vertex takes part: other rows are zero. At open
 /// borders x has no slope across the border.
-/// Two markers at one place share its displacement. sites.size() >= 1.
+/// Two markers at one place share its displacement. A mesh so broken that nothing solves it stays still (all zero). sites.size() >= 1.
 Eigen::MatrixXf thin_shell_response(const Mesh& neutral, const std::vector<Site>& sites, const std::vector<std::uint32_t>& fixed,
                                     std::uint32_t surfaces = 1u << int(Surface::skin), const ThinShellOptions& options = {});
 

@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
-#include <set>
+#include <optional>
 
+#include "core/parallel.hpp"
 #include "decoder/detail_decoder.hpp"
 #include "encoder/detail_encoder.hpp"
 #include "protocol/messages.hpp"
@@ -71,6 +73,172 @@ TEST(DetailCodec, KeepsTheAskedErrorOverTheTrainingFrames) {
     EXPECT_LT(errors[1], 1.2 * kOptions.fine);
     EXPECT_LT(errors[2], 1.2 * kOptions.albedo);
     EXPECT_GT(errors[0], 0.3 * kOptions.medium) << "bytes are spent on less error than was asked for";
+}
+
+TEST(DetailCodec, CodesAnyOrderAndModelsOfFewerLayers) {
+    for (const auto order : {model::PolynomialOrder::constant, model::PolynomialOrder::linear, model::PolynomialOrder::bicubic}) {
+        SmallModel small(17, 20, order);
+        small.model.albedo = {};
+        if (order == model::PolynomialOrder::linear) {
+            small.model.medium = {};
+            small.model.medium_domain = {};
+        }
+        const auto coded = encoder::encode_detail(small.model, small.moments, "sheet", kOptions);
+        ASSERT_TRUE(coded.ok()) << coded.error().message;
+        const auto back = Store(*coded).decode();
+        ASSERT_TRUE(back.ok()) << back.error().message;
+        EXPECT_EQ(back->fine.order, order);
+        EXPECT_EQ(back->albedo.texels, 0u);
+        EXPECT_EQ(back->medium.texels, coded->model.medium.texels);
+        const float middle = small.model.fine.plane(0, 0)[small.model.fine.texels / 2];
+        const auto place = small.model.fine_domain.place[small.model.fine.texels / 2];
+        const auto found = std::find(back->fine_domain.place.begin(), back->fine_domain.place.end(), place);
+        ASSERT_NE(found, back->fine_domain.place.end());
+        EXPECT_NEAR(back->fine.plane(0, 0)[found - back->fine_domain.place.begin()], middle, 10 * kOptions.fine);
+    }
+}
+
+TEST(DetailCodec, MoreRefinementsBringItNearer) {
+    const SmallModel small;
+    const auto coded = encoder::encode_detail(small.model, small.moments, "sheet", kOptions);
+    ASSERT_TRUE(coded.ok());
+    const Store whole(*coded);
+    Store part = whole;
+    part.blobs.clear();
+    std::array<double, 3> before{1e9, 1e9, 1e9};
+    int steps = 0;
+    for (const auto& blob : coded->blobs) {
+        part.blobs[blob.hash] = blob.bytes;
+        const auto model = part.decode();
+        if (blob.kind == protocol::BlobKind::detail_map || blob.kind == protocol::BlobKind::refinement) {
+            ASSERT_TRUE(model.ok()) << model.error().message;
+            if (model->albedo.texels == 0) continue;
+            const auto errors = added_errors(small.clip, small.model, *model);
+            for (std::size_t l = 0; l < 3; ++l) EXPECT_LE(errors[l], 1.01 * before[l]);
+            before = errors;
+            ++steps;
+        }
+    }
+    EXPECT_EQ(steps, 10) << "first stages of all three, then three refinements of each";
+    // A hole in the middle of a map's refinements: what lies behind it waits.
+    const auto third = std::find_if(coded->blobs.rbegin(), coded->blobs.rend(), [](const auto& b) { return b.kind == protocol::BlobKind::refinement && b.bytes[0] == std::byte{2}; });
+    part = whole;
+    part.blobs.erase(third->hash);
+    const auto model = part.decode();
+    ASSERT_TRUE(model.ok());
+    EXPECT_GT(added_errors(small.clip, small.model, *model)[2], 2 * before[2]);
+}
+
+TEST(DetailCodec, GrowsBlobByBlobIntoTheSameModel) {
+    const SmallModel small;
+    const auto coded = encoder::encode_detail(small.model, small.moments, "sheet", kOptions);
+    ASSERT_TRUE(coded.ok());
+    std::map<Hash, Bytes> here;
+    const auto find = [&](const Hash& hash) {
+        const auto found = here.find(hash);
+        return found == here.end() ? nullptr : &found->second;
+    };
+    std::optional<decoder::DetailDecoder> growing;
+    int changes = 0;
+    for (const auto& blob : coded->blobs) {
+        here[blob.hash] = blob.bytes;
+        if (!growing) {
+            auto opened = decoder::DetailDecoder::open(coded->manifest, find);
+            EXPECT_EQ(opened.ok(), blob.kind == protocol::BlobKind::marker_domain);
+            if (opened.ok()) growing = std::move(*opened);
+            continue;
+        }
+        EXPECT_FALSE(growing->complete());
+        const auto changed = growing->update(find);
+        ASSERT_TRUE(changed.ok());
+        const bool map = blob.kind == protocol::BlobKind::detail_map || blob.kind == protocol::BlobKind::refinement;
+        EXPECT_EQ(changed->medium + changed->fine + changed->albedo, map ? 1 : 0);
+        changes += changed->any();
+    }
+    ASSERT_TRUE(growing);
+    EXPECT_TRUE(growing->complete());
+    EXPECT_EQ(changes, 12);
+    const auto whole = Store(*coded).decode();
+    EXPECT_EQ(growing->model().medium.planes, whole->medium.planes);
+    EXPECT_EQ(growing->model().albedo.planes, whole->albedo.planes);
+    EXPECT_EQ(growing->model().fine_domain.place, whole->fine_domain.place);
+}
+
+TEST(DetailCodec, NeedsMeshShellAndMarkersAndLeavesOutMapsThatAreNotThere) {
+    const SmallModel small(16, 16);
+    const auto coded = encoder::encode_detail(small.model, small.moments, "sheet", kOptions);
+    ASSERT_TRUE(coded.ok());
+    for (const auto& blob : coded->blobs) {
+        Store part(*coded);
+        part.blobs.erase(blob.hash);
+        const auto model = part.decode();
+        const bool map = blob.kind == protocol::BlobKind::texel_mask || blob.kind == protocol::BlobKind::detail_map || blob.kind == protocol::BlobKind::refinement;
+        EXPECT_EQ(model.ok(), map) << protocol::name_of(blob.kind);
+        if (!model.ok()) {
+            EXPECT_EQ(model.error().code, ErrorCode::missing);
+        }
+        if (blob.kind == protocol::BlobKind::texel_mask) {
+            EXPECT_EQ(model->fine.texels * model->medium.texels, 0u);
+        }
+    }
+}
+
+TEST(DetailCodec, AModelFileIsAStreamWithoutTracks) {
+    const SmallModel small(16, 16);
+    const auto coded = encoder::encode_detail(small.model, small.moments, "sheet", kOptions);
+    ASSERT_TRUE(coded.ok());
+    const Bytes file = encoder::detail_file(*coded, "actor");
+    const auto back = decoder::decode_detail_file(file);
+    ASSERT_TRUE(back.ok()) << back.error().message;
+    EXPECT_EQ(back->medium.planes, Store(*coded).decode()->medium.planes);
+    EXPECT_FALSE(decoder::decode_detail_file({}).ok());
+    for (std::size_t at = 1; at < file.size(); at += file.size() / 300 + 1) {
+        const auto cut = decoder::decode_detail_file(ByteView(file).first(at));
+        EXPECT_FALSE(cut.ok() && at + 200 < file.size()) << at;
+        Bytes damaged = file;
+        damaged[at] ^= std::byte{0x10};
+        const auto other = decoder::decode_detail_file(damaged);
+        if (other.ok()) {
+            EXPECT_EQ(other->medium.planes, back->medium.planes) << "hashes hold what is in the model";
+        }
+    }
+}
+
+TEST(DetailCodec, IsTheSameForAnyNumberOfThreads) {
+    const SmallModel small(24, 24);
+    set_thread_count(1);
+    const auto one = encoder::encode_detail(small.model, small.moments, "sheet", kOptions);
+    set_thread_count(3);
+    const auto three = encoder::encode_detail(small.model, small.moments, "sheet", kOptions);
+    set_thread_count(0);
+    ASSERT_TRUE(one.ok() && three.ok());
+    EXPECT_EQ(one->manifest, three->manifest) << "hashes of all blobs are in it";
+}
+
+TEST(DetailCodec, KeepsAnAskedNumberOfBytes) {
+    const SmallModel small;
+    const auto size = [](const encoder::EncodedDetail& detail) {
+        std::size_t bytes = 0;
+        for (const auto& blob : detail.blobs) bytes += blob.bytes.size();
+        return bytes;
+    };
+    const auto free = encoder::encode_detail(small.model, small.moments, "sheet", kOptions);
+    ASSERT_TRUE(free.ok());
+    encoder::DetailOptions options = kOptions;
+    options.most_bytes = size(*free) * 7 / 10;
+    const auto bound = encoder::encode_detail(small.model, small.moments, "sheet", options);
+    ASSERT_TRUE(bound.ok()) << bound.error().message;
+    EXPECT_LE(size(*bound), options.most_bytes);
+    EXPECT_GT(size(*bound), options.most_bytes * 8 / 10);
+    EXPECT_GT(bound->layers[0].error, free->layers[0].error);
+    options.most_bytes = 100;
+    EXPECT_FALSE(encoder::encode_detail(small.model, small.moments, "sheet", options).ok());
+}
+
+TEST(DetailCodec, RefusesToStoreWhatIsNotFinite) {
+    SmallModel small(16, 16);
+    small.model.fine.planes[5] = std::nanf("");
+    EXPECT_FALSE(encoder::encode_detail(small.model, small.moments, "sheet", kOptions).ok());
 }
 
 }  // namespace
