@@ -225,6 +225,7 @@ void DetailMap::evaluate(const gl::Buffer& parameters, float texels_per_pixel) {
     program_.use();
     glBindVertexArray(level.layout.id());
     glDrawArrays(GL_TRIANGLES, 0, level.corner_count);
+    glEnable(GL_DEPTH_TEST);
 }
 
 void DetailMap::bind(GLuint unit) const {
