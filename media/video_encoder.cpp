@@ -68,14 +68,16 @@ void tune_x264(const VideoEncoderSettings& s, AVCodecContext& codec, Options& op
 void tune_x265(const VideoEncoderSettings& s, AVCodecContext&, Options& options) {
     options["preset"] = s.speed.empty() ? "fast" : s.speed;
     options["forced-idr"] = "1";
-    options["x265-params"] = "open-gop=0:scenecut=0:info=0:log-level=none:frame-threads=2:pools=4:keyint=" +
+    // Pictures side by side would make the rate control depend on which is done first.
+    options["x265-params"] = "open-gop=0:scenecut=0:info=0:log-level=none:frame-threads=1:pools=4:keyint=" +
                              std::to_string(s.key_interval) + ":min-keyint=1";
     if (!s.kbps) options["crf"] = std::to_string(between(46, 12, s.quality));
 }
 
 void tune_svt_av1(const VideoEncoderSettings& s, AVCodecContext&, Options& options) {
     options["preset"] = s.speed.empty() ? "8" : s.speed;
-    options["svtav1-params"] = "scd=0";
+    // Its rate control takes what is done by then, unless one thread does all; at a fixed quality threads change nothing.
+    options["svtav1-params"] = s.kbps ? "scd=0:lp=1" : "scd=0";
     if (!s.kbps) options["crf"] = std::to_string(std::lround(between(63, 12, s.quality)));
 }
 

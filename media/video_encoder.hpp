@@ -38,8 +38,8 @@ struct VideoPacket {
 };
 
 /// Turns 4:2:0 pictures into packets through libavcodec. No packet after a key frame, in decoding order,
-/// shows a picture before it: groups are closed. Thread counts are fixed here because they change x264's,
-/// x265's and MPEG-4's output; the output is the same on every machine with the same libraries.
+/// shows a picture before it: groups are closed. Thread counts are fixed here where they or their order change
+/// the output; it is the same from run to run and for any number of processors with the same libraries.
 class VideoEncoder {
 public:
     /// Fails for unknown codecs (naming those available), presets and sizes.

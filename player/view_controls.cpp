@@ -21,6 +21,11 @@ bool& layer(render::Look& look, int number) {
 
 }  // namespace
 
+void ViewControls::reshape(const render::OrbitCamera& home) {
+    camera_.zoom(home.distance / home_.distance);
+    home_ = home;
+}
+
 void ViewControls::drag(bool pans, double dx, double dy, int picture_height) {
     if (pans) {
         // What is under the mouse stays under it.

@@ -10,13 +10,15 @@ namespace mien::player {
 /// What the mouse does to the camera: left button orbits, right or middle pans, the wheel zooms. Pixels in, camera out.
 class ViewControls {
 public:
-    void reset(const render::OrbitCamera& home) { camera_ = home; }
+    void reset(const render::OrbitCamera& home) { camera_ = home_ = home; }
+    /// The picture has another shape, in which the first view would be `home`: what was chosen since is kept.
+    void reshape(const render::OrbitCamera& home);
     void drag(bool pans, double dx, double dy, int picture_height);   ///< pixels, y down
     void wheel(double notches);
     const render::OrbitCamera& camera() const { return camera_; }
 
 private:
-    render::OrbitCamera camera_;
+    render::OrbitCamera camera_, home_;
 };
 
 /// Switches layer 1 .. 5 of the look: texture, motion, head pose, gaze, light. The name says what is switched.

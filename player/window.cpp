@@ -328,10 +328,12 @@ void PlayerWindow::draw(double now) {
     int width = 0, height = 0;
     glfwGetFramebufferSize(window_.get(), &width, &height);
     if (width <= 0 || height <= 0) return;   // minimised
-    if (!target_ || target_->width() != width || target_->height() != height)
-        target_.emplace(width, height, render::live_smoothing());
+    const bool reshaped = !target_ || target_->width() != width || target_->height() != height;
+    if (reshaped) target_.emplace(width, height, render::live_smoothing());
     if (face_ && face_->has_frame()) {
-        if (!std::exchange(framed_, true)) controls_.reset(face_->framing(float(width) / float(height), options_.view));
+        const render::OrbitCamera home = face_->framing(float(width) / float(height), options_.view);
+        if (!std::exchange(framed_, true)) controls_.reset(home);
+        else if (reshaped) controls_.reshape(home);
         face_->draw(controls_.camera().camera(), look_, *target_);
     } else {
         target_->clear();

@@ -156,11 +156,13 @@ void Target::present(int window_width, int window_height) {
     State& s = *state_;
     const GLuint source = s.finish();
     glDisable(GL_FRAMEBUFFER_SRGB);   // the window takes encoded values as they are
+    // Cleared first: some drivers notice a new size of the window at the first drawing and drop what was copied before.
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    glViewport(0, 0, window_width, window_height);
+    glClear(GL_COLOR_BUFFER_BIT);
     const bool same = window_width == s.width && window_height == s.height;
     glBlitNamedFramebuffer(source, 0, 0, 0, s.width, s.height, 0, 0, window_width, window_height, GL_COLOR_BUFFER_BIT,
                            same ? GL_NEAREST : GL_LINEAR);
-    glBindFramebuffer(GL_FRAMEBUFFER, 0);
-    glViewport(0, 0, window_width, window_height);
 }
 
 }  // namespace mien::render

@@ -4,6 +4,7 @@
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
 #include "tools/stored_stream.hpp"
+#include "tools/stream_clip.hpp"
 
 namespace mien::tools {
 namespace {
@@ -17,7 +18,8 @@ Result<int> decode(const Request& request) {
     MIEN_TRY(stream, StoredStream::open(request.file));
     if (!stream.reader().complete()) warn("'" + request.file + "': " + stream.reader().complaint());
     const Progress progress = progress_bar(request.quiet);
-    MIEN_TRY(clip, decode_stream(stream, progress, request.no_texture ? Keep::all : Keep::textured));
+    const auto losses = std::make_shared<Losses>();
+    MIEN_TRY(clip, decode_stream(stream, progress, request.no_texture ? Keep::all : Keep::textured, losses));
     if (request.no_texture) clip.texture = nullptr;
     io::WriteOptions options;
     options.overwrite = request.overwrite;
@@ -27,7 +29,8 @@ Result<int> decode(const Request& request) {
     if (const auto frames = std::int64_t(stream.header().frames); clip.frame_count() < frames)
         warn(fmt::format("'{}' holds {} of its {} frames", request.file, clip.frame_count(), frames));
     if (!request.quiet) fmt::print("{}: {} frames\n", request.output, clip.frame_count());
-    return kDone;
+    for (const Loss& loss : *losses) fail(fmt::format("'{}': {}", request.file, describe(loss, stream.header())));
+    return losses->empty() ? kDone : kFailed;
 }
 
 }  // namespace

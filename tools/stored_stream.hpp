@@ -5,8 +5,6 @@
 #include <map>
 #include <memory>
 
-#include "core/clip.hpp"
-#include "core/progress.hpp"
 #include "decoder/motion_decoder.hpp"
 #include "model/face_model.hpp"
 #include "protocol/stream_file.hpp"
@@ -31,10 +29,14 @@ public:
     /// A decoder for the first rung of the motion track.
     Result<decoder::MotionDecoder> motion_decoder(const model::FaceModel& model) const;
 
-    /// Reads every group of the track's first rung, in order. Stops at the first error, its own or the visitor's.
-    Result<void> visit_groups(const protocol::Track& track, const std::function<Result<void>(const protocol::Group&)>& visit) const;
+    /// Told of a group that cannot be read or that the visitor refuses; the visit then goes on with the next one.
+    using Skip = std::function<void(const protocol::IndexEntry& group, const Error& why)>;
+    /// Reads every group of the track's first rung, in order. Without `skip` the first error ends it, its own or the visitor's.
+    Result<void> visit_groups(const protocol::Track& track, const std::function<Result<void>(const protocol::Group&)>& visit,
+                              const Skip& skip = {}) const;
     /// Decodes the motion track from its start to its end, frame by frame.
-    Result<void> visit_motion(decoder::MotionDecoder& decoder, const std::function<Result<void>(const model::Motion&)>& visit) const;
+    Result<void> visit_motion(decoder::MotionDecoder& decoder, const std::function<Result<void>(const model::Motion&)>& visit,
+                              const Skip& skip = {}) const;
 
 private:
     static Result<StoredStream> load(protocol::StreamFileReader reader);
@@ -42,11 +44,5 @@ private:
     std::shared_ptr<protocol::StreamFileReader> reader_;
     std::map<Hash, Bytes> blobs_;
 };
-
-/// Everything a stream gives back, in the shape of the clip that was encoded: its vertices, markers or weights, head pose,
-/// gaze, texture (decoded as it is read) and sound. `damaged` groups are an error. A stream that has been cut gives the frames
-/// that it still holds; its texture may end a group before its motion, and then so does what is `textured`.
-enum class Keep { textured, all };
-Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress = {}, Keep keep = Keep::textured);
 
 }  // namespace mien::tools

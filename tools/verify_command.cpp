@@ -10,6 +10,7 @@
 #include "tools/console.hpp"
 #include "tools/motion_error.hpp"
 #include "tools/stored_stream.hpp"
+#include "tools/stream_clip.hpp"
 
 namespace mien::tools {
 namespace {

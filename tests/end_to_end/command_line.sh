@@ -122,6 +122,12 @@ for part in 95 98; do
     says "holds [1-9][0-9]* of its" "$mien" decode cut.mien -o "held-$part"
     does "$mien" check "held-$part"
 done
+# A byte wrong amid its groups: what is lost is named, everything else is written, and the exit code tells.
+cp grouped.mien spoilt.mien
+printf '\x5a\xa5' | dd of=spoilt.mien bs=1 seek=$((size * 97 / 100)) conv=notrunc 2>/dev/null
+refuses "frames? [0-9]+ to [0-9]+ are lost and repeat" "$mien" decode spoilt.mien -o spoilt
+does "$mien" check spoilt
+[[ $(head -c 200 spoilt/vertices.npy | grep -aoE "shape': \([0-9]+") == "$(head -c 200 clip/vertices.npy | grep -aoE "shape': \([0-9]+")" ]] || complain "decode of a damaged stream changes the number of frames"
 echo "no stream at all" >text.mien
 refuses "text.mien" "$mien" info text.mien
 mkdir empty

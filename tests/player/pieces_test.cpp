@@ -99,6 +99,22 @@ TEST(ViewControls, DraggingTurnsTheFaceWithTheMouse) {
     EXPECT_LT(controls.camera().distance, far);
 }
 
+TEST(ViewControls, ANarrowerWindowStepsBackAndAWiderOneReturnsToWhatWasChosen) {
+    ViewControls controls;
+    render::OrbitCamera wide, narrow;
+    wide.distance = 600;
+    narrow.distance = 900;
+    controls.reset(wide);
+    controls.drag(false, 50, 20, 720);
+    controls.wheel(2);
+    const render::OrbitCamera chosen = controls.camera();
+    controls.reshape(narrow);
+    EXPECT_FLOAT_EQ(controls.camera().distance, chosen.distance * 1.5f);
+    EXPECT_EQ(controls.camera().yaw, chosen.yaw);
+    controls.reshape(wide);
+    EXPECT_NEAR(controls.camera().distance, chosen.distance, 1e-3f);
+}
+
 TEST(Layers, EverySwitchSwitchesOneThingAndBack) {
     for (int layer = 1; layer <= 5; ++layer) {
         render::Look look;

@@ -1,4 +1,7 @@
 #include <gtest/gtest.h>
+#include <sched.h>
+
+#include <optional>
 
 #include "core/picture_measures.hpp"
 #include "tests/texture/clips.hpp"
@@ -90,6 +93,45 @@ TEST_P(EveryCodec, SaysBt709AndLimitedRangeAndMakesTheSameBytesTwice) {
     const bool silent = GetParam() == "mpeg4";
     EXPECT_EQ((*frames)[0].picture.matrix, silent ? YuvView::Matrix::bt601 : YuvView::Matrix::bt709);
     EXPECT_EQ((*frames)[0].picture.full_range, silent);
+}
+
+/// One processor for all threads that are started meanwhile.
+class OneProcessor {
+public:
+    OneProcessor() {
+        sched_getaffinity(0, sizeof before_, &before_);
+        cpu_set_t one;
+        CPU_ZERO(&one);
+        for (int cpu = 0; cpu < CPU_SETSIZE && CPU_COUNT(&one) == 0; ++cpu)
+            if (CPU_ISSET(cpu, &before_)) CPU_SET(cpu, &one);
+        sched_setaffinity(0, sizeof one, &one);
+    }
+    ~OneProcessor() { sched_setaffinity(0, sizeof before_, &before_); }
+
+private:
+    cpu_set_t before_;
+};
+
+TEST_P(EveryCodec, MakesTheSameBytesOnOneProcessorAndOnAll) {
+    const Clip clip = painted_clip(192, 128, 40);
+    for (const bool by_rate : {true, false}) {
+        encoder::TextureOptions wanted = options(10);
+        if (by_rate) wanted.kbps = 200;
+        else wanted.quality = 60;
+        std::optional<encoder::EncodedTexture> first;
+        for (int run = 0; run < (by_rate ? 4 : 2); ++run) {
+            std::optional<OneProcessor> narrow;
+            if (run % 2 == 1) narrow.emplace();
+            auto encoded = encoder::encode_texture(clip, wanted);
+            ASSERT_TRUE(encoded.ok()) << encoded.error().message;
+            if (!first) first = std::move(*encoded);
+            else
+                for (std::size_t g = 0; g < first->groups.size(); ++g)
+                    for (std::size_t o = 0; o < first->groups[g].objects.size(); ++o)
+                        ASSERT_EQ(encoded->groups[g].objects[o].bytes, first->groups[g].objects[o].bytes)
+                            << (by_rate ? "rate" : "quality") << ", run " << run << ", group " << g << ", object " << o;
+        }
+    }
 }
 
 TEST_P(EveryCodec, TakesAClipOfOneFrame) {

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/clip.hpp"
+#include "core/progress.hpp"
+#include "tools/stored_stream.hpp"
+
+namespace mien::tools {
+
+/// A stretch of a track that could not be decoded.
+struct Loss {
+    protocol::TrackKind track;
+    std::int64_t first = 0, end = 0;   ///< frames; for sound samples
+    std::string why;
+};
+using Losses = std::vector<Loss>;
+
+/// One sentence: what is lost, and what stands there instead.
+std::string describe(const Loss& loss, const protocol::StreamHeader& header);
+
+/// A stream that has been cut gives the frames that it still holds; its texture may end a group before its motion, and then so
+/// does what is `textured`.
+enum class Keep { textured, all };
+
+/// Everything a stream gives back, in the shape of the clip that was encoded: its vertices, markers or weights, head pose,
+/// gaze, texture (decoded as it is read) and sound.
+///
+/// Without `losses`, groups that cannot be decoded are an error. With it they are noted there (those of the texture as it is
+/// read) and the rest keeps its time: lost frames repeat the one before, at the start the one after, and lost sound is silent.
+Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress = {}, Keep keep = Keep::textured,
+                           std::shared_ptr<Losses> losses = nullptr);
+
+}  // namespace mien::tools
