@@ -53,6 +53,7 @@ int main(int argc, char** argv) {
     app.footer(
         "Keys: space pause, left/right 5 s, up/down 1 min, . , one frame, [ ] speed, backspace normal speed, m mute,\n"
         "f full screen, i statistics, s screenshot, w wireframe, 1 texture, 2 motion, 3 head pose, 4 gaze, 5 light,\n"
+        "6 medium detail, 7 fine detail, 8 learnt colour,\n"
         "r reset the view, ? help, q quit. Mouse: left button orbits, right or middle pans, wheel zooms; drop a file to play it.");
     std::string view = "front", size, frames, fps, cache = "default";
     bool no_sound = false;

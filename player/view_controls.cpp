@@ -7,7 +7,7 @@
 namespace mien::player {
 namespace {
 
-constexpr std::array<std::string_view, 5> kLayerNames = {"texture", "motion", "head pose", "gaze", "light"};
+constexpr std::array<std::string_view, kLayerCount> kLayerNames = {"texture", "motion", "head pose", "gaze", "light", "medium detail", "fine detail", "learnt colour"};
 
 bool& layer(render::Look& look, int number) {
     switch (number) {
@@ -15,6 +15,9 @@ bool& layer(render::Look& look, int number) {
         case 2: return look.steps.motion;
         case 3: return look.steps.pose;
         case 4: return look.steps.gaze;
+        case 6: return look.steps.medium;
+        case 7: return look.fine;
+        case 8: return look.polynomial_albedo;
         default: return look.lit;
     }
 }

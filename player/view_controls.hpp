@@ -21,7 +21,9 @@ private:
     render::OrbitCamera camera_, home_;
 };
 
-/// Switches layer 1 .. 5 of the look: texture, motion, head pose, gaze, light. The name says what is switched.
+inline constexpr int kLayerCount = 8;
+/// Switches layer 1 .. kLayerCount of the look: texture, motion, head pose, gaze, light; of a trained model: medium detail, fine
+/// detail, learnt colour. The name says what is switched.
 std::string_view toggle_layer(render::Look& look, int layer);
 bool layer_on(const render::Look& look, int layer);
 

@@ -244,7 +244,7 @@ void PlayerWindow::character(unsigned code, double now) {
         case 'r': framed_ = false; return;
         default: break;
     }
-    if (code >= '1' && code <= '5') {
+    if (code >= '1' && code < '1' + kLayerCount) {
         const std::string_view name = toggle_layer(look_, int(code - '0'));
         say(fmt::format("{} {}", name, layer_on(look_, int(code - '0')) ? "on" : "off"), now);
     }

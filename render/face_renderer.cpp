@@ -252,6 +252,7 @@ void FaceRenderer::draw(const Camera& camera, const Look& look, Target& target) 
 }
 
 Points FaceRenderer::read_positions() const { return state_->shape.read_positions(); }
+FloatMap FaceRenderer::read_detail() const { return state_->detail_map ? state_->detail_map->read() : FloatMap{}; }
 Points FaceRenderer::read_normals() const { return state_->shape.read_normals(); }
 
 }  // namespace mien::render

@@ -35,6 +35,8 @@ public:
     /// What the GPU formed for the last picture, V x 3; for tests.
     Points read_positions() const;
     Points read_normals() const;
+    /// Linear albedo and height (mm) in texture space as the maps of a detail model gave them for the last picture, 4 channels.
+    FloatMap read_detail() const;
 
 private:
     struct State;

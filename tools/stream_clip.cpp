@@ -141,7 +141,7 @@ public:
             case MotionKind::markers: clip.markers.emplace(0, N); break;
             case MotionKind::weights: clip.weights.emplace(0, N); break;
         }
-        if (const auto* blend = std::get_if<model::BlendBase>(&model.base)) reference_ = blend->markers;
+        if (const Points* markers = model::driving_markers(model)) reference_ = *markers;
         else if (info.kind != MotionKind::weights) reference_ = model::neutral_points(model);
     }
 
@@ -269,7 +269,7 @@ Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress,
     clip.frame_rate = stream.header().frame_rate;
     clip.unit = stream.header().unit;
     if (model.neutral.vertex_count() > 0) clip.neutral = model.neutral;
-    if (const auto* blend = std::get_if<model::BlendBase>(&model.base)) clip.marker_sites = blend->sites;
+    if (const auto* sites = model::driving_sites(model)) clip.marker_sites = *sites;
     if (const auto* shapes = std::get_if<model::BlendshapeBase>(&model.base)) clip.blendshapes = shapes->targets;
     MIEN_CHECK(decode_motion(stream, model, clip, progress, losses.get()));
 

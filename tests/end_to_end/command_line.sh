@@ -195,6 +195,22 @@ else
     echo "full and read-only disk: skipped (no permission to mount)"
 fi
 
+# A model is learnt from scans, drives a stream by markers alone, and is refused where it does not fit.
+does "$mien" stage -o session --session training --take-frames 4 --range-frames 6 --scans --scan-size 64 --texture-size 64 --markers 60
+does "$mien" check session
+does "$mien" train session -o actor.model --report report --order linear
+jq -e '.clips[0].medium.linear.mean < .clips[0].medium.neutral.mean' report/report.json >/dev/null || complain "a model explains less than a still face does"
+does "$mien" info actor.model
+refuses "is there already" "$mien" train session -o actor.model
+refuses "scans" "$mien" train clip -o other.model
+does "$mien" stage -o talk --expressions --seconds 0.4 --texture-size 0 --markers 60
+does "$mien" encode talk -o driven.mien --model actor.model --rms 0.1
+does "$mien" verify driven.mien talk --max-rms 0.1
+[[ $("$mien" info driven.mien --json | jq -r .model) == $("$mien" info actor.model --json | jq -r .model) ]] || complain "a driven stream has another model than the file"
+does "$bin/mien-play" --headless driven.mien -o driven.png --size 160x160
+refuses "60 markers, but the clip has 40" "$mien" encode clip -o bad.mien --model actor.model
+refuses "is a stream" "$mien" encode talk -o bad.mien --model driven.mien
+
 # The server.
 refuses "no such|not found|not a (folder|directory)|does not exist" "$bin/mien-serve" nowhere
 "$bin/mien-serve" . --port 0 >serve.log 2>&1 &
