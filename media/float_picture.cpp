@@ -1,13 +1,21 @@
 #include "media/float_picture.hpp"
 
 #include <array>
+#include <cmath>
 
 #include "media/ffmpeg.hpp"
 
 namespace mien::media {
 namespace {
 
+constexpr int kMaxSide = 8192;
 constexpr std::array<int, 3> kPlanes{2, 0, 1};  // of R, G, B among FFmpeg's G, B, R
+
+/// FFmpeg cuts the lower bits off; half of the last one that stays, added before, makes that rounding.
+float rounded_to_half(float value) {
+    if (!std::isfinite(value) || std::abs(value) < 0x1p-14f) return value;
+    return value + std::copysign(std::ldexp(1.0f, std::ilogb(value) - 11), value);
+}
 
 int plane_of(int channel, int channels) { return channels == 1 ? 0 : kPlanes[std::size_t(channel)]; }
 
@@ -21,7 +29,7 @@ Result<FloatMap> decode_exr(ByteView bytes) {
     const AVCodec* decoder = avcodec_find_decoder(AV_CODEC_ID_EXR);
     if (!decoder) return Error{ErrorCode::unavailable, "this FFmpeg decodes no OpenEXR"};
     const CodecPtr codec(allocated(avcodec_alloc_context3(decoder)));
-    codec->max_pixels = 8192 * 8192;
+    codec->max_pixels = kMaxSide * kMaxSide;
     codec->thread_count = 1;
     codec->err_recognition = AV_EF_EXPLODE;
     if (const int code = avcodec_open2(codec.get(), decoder, nullptr); code < 0) return av_error(code, "OpenEXR decoder failed");
@@ -30,6 +38,7 @@ Result<FloatMap> decode_exr(ByteView bytes) {
     avcodec_send_packet(codec.get(), nullptr);
     const FramePtr frame = make_frame();
     if (const int code = avcodec_receive_frame(codec.get(), frame.get()); code < 0) return av_error(code, "OpenEXR picture does not decode");
+    if (frame->width > kMaxSide || frame->height > kMaxSide) return Error{ErrorCode::limit_exceeded, "OpenEXR picture has a side above 8192"};
     const bool grey = frame->format == AV_PIX_FMT_GRAYF32;
     if (!grey && frame->format != AV_PIX_FMT_GBRPF32 && frame->format != AV_PIX_FMT_GBRAPF32)
         return Error{ErrorCode::unsupported_version, "OpenEXR picture has other planes than R, G, B or Y"};
@@ -71,7 +80,7 @@ Result<Bytes> encode_exr(const FloatMap& map, ExrNumbers numbers) {
             const int plane = plane_of(c, map.channels);
             auto* row = reinterpret_cast<float*>(frame->data[plane] + std::ptrdiff_t(y) * frame->linesize[plane]);
             const float* in = map.at(0, y) + c;
-            for (int x = 0; x < map.width; ++x, in += map.channels) row[x] = *in;
+            for (int x = 0; x < map.width; ++x, in += map.channels) row[x] = half ? rounded_to_half(*in) : *in;
         }
     if (const int code = avcodec_send_frame(codec.get(), frame.get()); code < 0) return av_error(code, "OpenEXR encoder failed");
     avcodec_send_frame(codec.get(), nullptr);
