@@ -115,7 +115,7 @@ std::string row(const std::string& name, const std::array<analysis::ErrorSummary
     return text;
 }
 
-// A minute or two of training at full size and 2 GB: MIEN_FULL_SIZE=1 runs it, and docs/results.md holds what it prints.
+// A minute or two of training at full size and 2 GB: MIEN_FULL_SIZE=1 runs it, and docs/detail.md holds what it prints.
 // MIEN_FULL_SIZE=0.01 is a scanner of 10 um noise; 1 stands for 5 um.
 TEST(FullSize, MeetsItsBarsOnUnseenFramesOfAScannerWithNoise) {
     const char* asked = std::getenv("MIEN_FULL_SIZE");
