@@ -50,6 +50,7 @@ struct FaceRenderer::State {
         }
         if (model.detail && (model.detail->model().fine.texels > 0 || model.detail->model().albedo.texels > 0)) {
             detail_map.emplace(*model.detail, model.static_albedo ? &*model.static_albedo : nullptr);
+            pictured = model.static_albedo.has_value();
             texels_a_mm = float(model.detail->texels_a_mm());
         }
         any = gl::make_vertex_array();
@@ -111,6 +112,7 @@ struct FaceRenderer::State {
     gl::VertexArray layout, casters, any;
     std::optional<DetailMap> detail_map;
     float texels_a_mm = 0;
+    bool pictured = false;                 // the model has a picture of what its maps do not colour
     std::map<std::tuple<Surface, Albedo::Kind, bool>, gl::Program> programs;
     std::optional<PointCloud> points;
     std::optional<ShadowMap> shadow;       // made when first wanted
@@ -174,7 +176,9 @@ void FaceRenderer::State::draw_face(const Camera& camera, const Look& look, cons
         const bool cornea = batch.surface == Surface::cornea;
         if (cornea && !look.lit) continue;
         const bool textured = look.texture && batch.textured && !cornea && batch.surface != Surface::lashes;
-        const Albedo::Kind kind = !textured ? Albedo::Kind::none : coloured ? Albedo::Kind::map : albedo.kind();
+        // Without a picture beside it, the map knows the colour of skin alone.
+        const bool mapped = coloured && (pictured || batch.surface == Surface::skin);
+        const Albedo::Kind kind = !textured ? Albedo::Kind::none : mapped ? Albedo::Kind::map : albedo.kind();
         gl::Program& p = program(batch.surface, kind, fine && batch.surface == Surface::skin);
         if (textured) albedo.apply(p);
         if (fine || coloured) detail_map->bind(2);
