@@ -109,7 +109,7 @@ private:
     FineOver over_;
     model::MediumSurface surface_;
     std::vector<model::DomainSampler::Sample> samples_;  // of every fine texel in the medium map
-    std::vector<TexelMap::Texel> where_;
+    std::vector<TexelMap::Texel> medium_where_, where_;
 };
 
 }  // namespace mien::analysis

@@ -35,6 +35,7 @@ void medium_target(const FloatMap& scan, const Mesh& neutral, const model::Domai
 
 FineTarget::FineTarget(const model::DetailModel& model, double sigma, FineOver over)
     : model_(model), sigma_(sigma), over_(over), surface_(model.neutral, model.medium_domain),
+      medium_where_(domain_texels(model.medium_domain, make_texel_map(model.neutral, model.medium_domain.width, model.medium_domain.height, 1u << int(Surface::skin)))),
       where_(domain_texels(model.fine_domain, make_texel_map(model.neutral, model.fine_domain.width, model.fine_domain.height, 1u << int(Surface::skin)))) {
     const model::DomainMap& domain = model.fine_domain;
     const model::DomainSampler sampler(model.medium_domain);
@@ -46,20 +47,20 @@ FineTarget::FineTarget(const model::DetailModel& model, double sigma, FineOver o
 void FineTarget::compute(const Scan& scan, PointsRef base, const float* medium, float* out) const {
     const model::DomainMap& domain = model_.fine_domain;
     const Points normals = vertex_normals(surface_.move(base, medium), model_.neutral.triangles);
-    const auto scanned = [&](const model::DomainSampler::Sample& sample, const FloatMap& map, int c) {
-        float sum = 0;
-        for (int k = 0; k < sample.count; ++k)
-            sum += sample.weight[k] * map.values[3 * std::size_t(model_.medium_domain.place[sample.texel[k]]) + std::size_t(c)];
-        return sum;
-    };
+    // Displacements are interpolated, not places: between texels these would cut the corners of the base shape.
+    std::vector<float> scanned;
+    if (over_ == FineOver::scan) {
+        scanned.resize(3 * model_.medium_domain.size());
+        medium_target(scan.medium, model_.neutral, model_.medium_domain, medium_where_, base, scanned.data());
+    }
+    const float* displacement = over_ == FineOver::scan ? scanned.data() : medium;
     FloatMap over(domain.width, domain.height, 1);
     over.values.assign(over.values.size(), kNaN);
     for (std::size_t i = 0; i < domain.size(); ++i) {
         if (samples_[i].count == 0) continue;
         const Triangle& corners = model_.neutral.triangles[where_[i].triangle];
-        Vec3 p = over_ == FineOver::scan ? Vec3(Vec3::Zero()) : on_triangle(base, corners, where_[i]);
-        for (int c = 0; c < 3; ++c)
-            p[c] += over_ == FineOver::scan ? scanned(samples_[i], scan.medium, c) : model::sampled(samples_[i], medium, model_.medium_domain.size(), c);
+        Vec3 p = on_triangle(base, corners, where_[i]);
+        for (int c = 0; c < 3; ++c) p[c] += model::sampled(samples_[i], displacement, model_.medium_domain.size(), c);
         const Eigen::Map<const Vec3> seen(scan.fine.values.data() + 3 * std::size_t(domain.place[i]));
         over.values[domain.place[i]] = (seen - p).dot(on_triangle(normals, corners, where_[i]).normalized());
     }
