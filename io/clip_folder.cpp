@@ -499,8 +499,10 @@ private:
     /// The folder or pattern of numbered masks, one per frame, that `masks` names; nothing if it names pictures of the whole clip.
     std::optional<fs::path> scan_masks() const {
         std::error_code ignored;
-        if (description_.masks.size() != 1 || fs::is_regular_file(description_.masks[0], ignored)) return std::nullopt;
-        return description_.masks[0];
+        if (description_.masks.size() != 1) return std::nullopt;
+        const fs::path& path = description_.masks[0];
+        if (!fs::is_directory(path, ignored) && path.filename().string().find('%') == std::string::npos) return std::nullopt;
+        return path;
     }
 
     /// After the unit is known: maps are scaled as they are read.
@@ -509,7 +511,7 @@ private:
         const bool medium = description_.positions_medium.has_value(), fine = description_.positions_fine.has_value();
         if (!medium && !fine) {
             if (description_.albedo) findings_.warn("\"albedo\" is not used: there are no positions_medium and positions_fine");
-            if (scan_masks()) problem(ErrorCode::missing, fmt::format("{} is no picture", description_.masks[0].string()));
+            if (scan_masks()) problem(ErrorCode::mismatch, fmt::format("{} are masks of scans, but there are no positions_medium and positions_fine", description_.masks[0].string()));
             return;
         }
         if (!medium || !fine) return problem(ErrorCode::missing, fmt::format("scans need both positions_medium and positions_fine, but there is no {}", medium ? "positions_fine" : "positions_medium"));

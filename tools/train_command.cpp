@@ -102,6 +102,8 @@ Result<int> train(const Request& request) {
     MIEN_TRY(loaded, io::load_clip(request.clip, load));
     for (const std::string& text : loaded.warnings) warn(text);
     const Clip& clip = loaded.clip;
+    // Before the long work: is there a place to write to?
+    io::OutputFile file(output);
     analysis::TrainingOptions options = training_options(request, clip);
     options.progress = progress;
     MIEN_TRY(trained, analysis::train(clip, options));
@@ -116,15 +118,16 @@ Result<int> train(const Request& request) {
         coding.picture = &*picture;
     }
     MIEN_TRY(coded, encoder::encode_detail(trained.model, trained.moments, clip.name, coding));
-    const Bytes file = encoder::detail_file(coded, output.stem().string());
-    io::write_file(output, ByteView(file));
+    const Bytes bytes = encoder::detail_file(coded, output.stem().string());
+    file.write(ByteView(bytes));
+    file.commit();
     end_progress();
     if (!request.quiet) {
-        fmt::print("{}: {} from {} frames\n", request.output, human_bytes(file.size()), trained.frames);
+        fmt::print("{}: {} from {} frames\n", request.output, human_bytes(bytes.size()), trained.frames);
         for (const auto& layer : coded.layers) {
-            std::size_t bytes = 0;
-            for (const std::size_t stage : layer.stage_bytes) bytes += stage;
-            fmt::print("  {:<8} {:>9}, coding added {:.2g} {} RMS\n", layer.name, human_bytes(bytes), layer.error, layer.name == "albedo" ? "of linear albedo" : "mm");
+            std::size_t size = 0;
+            for (const std::size_t stage : layer.stage_bytes) size += stage;
+            fmt::print("  {:<8} {:>9}, coding added {:.2g} {} RMS\n", layer.name, human_bytes(size), layer.error, layer.name == "albedo" ? "of linear albedo" : "mm");
         }
     }
     return kDone;

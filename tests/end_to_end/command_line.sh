@@ -203,6 +203,7 @@ jq -e '.clips[0].medium.linear.mean < .clips[0].medium.neutral.mean' report/repo
 does "$mien" info actor.model
 refuses "is there already" "$mien" train session -o actor.model
 refuses "scans" "$mien" train clip -o other.model
+refuses "cannot write" "$mien" train session -o nowhere/other.model
 does "$mien" stage -o talk --expressions --seconds 0.4 --texture-size 0 --markers 60
 does "$mien" encode talk -o driven.mien --model actor.model --rms 0.1
 does "$mien" verify driven.mien talk --max-rms 0.1

@@ -96,6 +96,9 @@ TEST(ScanFiles, SayWhatIsWrong) {
     const auto loaded = load_clip(folder / "clip");
     ASSERT_TRUE(loaded.ok());
     EXPECT_NE(loaded->clip.scans->read(2).error().message.find("000002.exr"), std::string::npos) << "a map of another size";
+    write_file(folder / "clip/clip.json", std::string_view(R"({"fps": 30, "unit": "mm", "markers": "markers.npy", "masks": "gone.png"})"));
+    EXPECT_NE(load_clip(folder / "clip").error().message.find("there is no"), std::string::npos) << load_clip(folder / "clip").error().message;
+    ASSERT_TRUE(write_clip(folder / "clip", scanned_clip(), {.overwrite = true}).ok());
     write_file(medium / "000000.exr", std::string_view("no picture"));
     EXPECT_NE(load_clip(folder / "clip").error().message.find("000000.exr"), std::string::npos);
     std::filesystem::remove_all(fine);
