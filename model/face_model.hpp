@@ -67,7 +67,7 @@ LinearMotion compose(const FaceModel& model, const LinearMotion& motion);
 /// Neutral positions of all drawn points, V x 3 mm.
 const Points& neutral_points(const FaceModel& model);
 
-/// The reference for the GPU: neutral + mean + components * w, eyes turned by gaze, lips held apart, then the head pose.
+/// The reference for the GPU: neutral + mean + components * w + corrections, eyes turned by gaze, lips held apart, then the head pose.
 /// V x 3 mm.
 Points evaluate(const FaceModel& model, const LinearMotion& composed, const Motion& motion);
 

@@ -121,7 +121,7 @@ public:
         const std::int64_t f = clip_.frame_count();
         if (motion.frame != f)
             return Error{ErrorCode::damaged, "motion frame " + std::to_string(f) + " is missing: the stream goes on with frame " + std::to_string(motion.frame)};
-        const Eigen::VectorXf x = basis_.mean + basis_.components * motion.coefficients;
+        const Eigen::VectorXf x = model::motion_vector(basis_, motion);
         if (info_.has_gaze) clip_.gaze.push_back(motion.gaze);
         if (info_.kind == MotionKind::weights) {
             clip_.weights->values.insert(clip_.weights->values.end(), x.data(), x.data() + x.size());
@@ -146,9 +146,9 @@ private:
     Points reference_;
 };
 
-Result<void> decode_motion(const StoredStream& stream, const model::FaceModel& model, Clip& clip, const Progress& progress) {
+Result<void> decode_motion(const StoredStream& stream, const model::FaceModel& model, Clip& clip, const Progress& progress, std::size_t highest_rung) {
     const protocol::Track& track = *stream.track(TrackKind::motion);
-    MIEN_TRY(decoder, stream.motion_decoder(model));
+    MIEN_TRY(decoder, stream.motion_decoder(model, highest_rung));
     const auto& info = std::get<protocol::MotionInfo>(track.info);
     const auto frames = std::int64_t(stream.header().frames);
     MotionRecorder recorder(clip, info, model, decoder.basis());
@@ -226,15 +226,19 @@ const protocol::Track* StoredStream::track(TrackKind kind) const {
     return nullptr;
 }
 
-Result<decoder::MotionDecoder> StoredStream::motion_decoder(const model::FaceModel& model) const {
+Result<decoder::MotionDecoder> StoredStream::motion_decoder(const model::FaceModel& model, std::size_t highest) const {
     const protocol::Track* track = this->track(TrackKind::motion);
     if (!track) return Error{ErrorCode::missing, "the stream has no motion track"};
     const auto& info = std::get<protocol::MotionInfo>(track->info);
     if (!decoder::fits(model, info)) return Error{ErrorCode::mismatch, "the motion track does not fit the stream's face model"};
-    const auto& basis = track->rungs.front().basis;
-    const Bytes* bytes = basis ? blob(*basis) : nullptr;
-    if (!bytes) return Error{ErrorCode::missing, "the stream lacks its motion basis"};
-    return decoder::MotionDecoder::create(info, *bytes, model.neutral.triangles, model.neutral.mirror);
+    std::vector<ByteView> bases;
+    for (const protocol::Rung* rung : protocol::rung_ladder(*track)) {
+        if (bases.size() > highest) break;
+        const Bytes* bytes = rung->basis ? blob(*rung->basis) : nullptr;
+        if (!bytes) return Error{ErrorCode::missing, "the stream lacks a motion basis"};
+        bases.push_back(*bytes);
+    }
+    return decoder::MotionDecoder::create(info, bases, model.neutral.triangles, model.neutral.mirror);
 }
 
 Result<void> StoredStream::visit_groups(const protocol::Track& track,
@@ -251,19 +255,31 @@ Result<void> StoredStream::visit_motion(decoder::MotionDecoder& decoder,
                                         const std::function<Result<void>(const model::Motion&)>& visit) const {
     const protocol::Track* track = this->track(TrackKind::motion);
     if (!track) return Error{ErrorCode::missing, "the stream has no motion track"};
+    const auto ladder = protocol::rung_ladder(*track);
     return visit_groups(*track, [&](const protocol::Group& group) -> Result<void> {
         decoder.begin_group();
+        std::vector<protocol::Group> finer;
+        for (std::size_t r = 1; r < decoder.rungs(); ++r)
+            for (const auto& entry : reader().index())
+                if (entry.slot == ladder[r]->slot && entry.group == group.group) {
+                    MIEN_TRY(refinement, reader().read_group(entry));
+                    finer.push_back(std::move(refinement));
+                }
         std::int64_t frame = group.first_time;
-        for (const auto& object : group.objects) {
-            MIEN_TRY(motions, decoder.decode(object, frame));
+        for (std::size_t i = 0; i < group.objects.size(); ++i) {
+            std::vector<const protocol::Object*> refinements;
+            for (const auto& refinement : finer) refinements.push_back(i < refinement.objects.size() ? &refinement.objects[i] : nullptr);
+            MIEN_TRY(motions, decoder.decode(group.objects[i], frame, refinements));
+            if (decoder.refined() != decoder.rungs() && reader().complete())
+                return Error{ErrorCode::damaged, "motion: a finer rung of frame " + std::to_string(frame) + " is damaged or missing"};
             for (const model::Motion& motion : motions) MIEN_CHECK(visit(motion));
-            frame += object.frames;
+            frame += group.objects[i].frames;
         }
         return {};
     });
 }
 
-Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress, Keep keep) {
+Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress, Keep keep, std::size_t highest_rung) {
     MIEN_TRY(model, stream.model());
     if (!stream.track(TrackKind::motion)) return Error{ErrorCode::missing, "the stream has no motion track"};
     Clip clip;
@@ -273,7 +289,7 @@ Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress,
     if (model.neutral.vertex_count() > 0) clip.neutral = model.neutral;
     if (const auto* blend = std::get_if<model::BlendBase>(&model.base)) clip.marker_sites = blend->sites;
     if (const auto* shapes = std::get_if<model::BlendshapeBase>(&model.base)) clip.blendshapes = shapes->targets;
-    MIEN_CHECK(decode_motion(stream, model, clip, progress));
+    MIEN_CHECK(decode_motion(stream, model, clip, progress, highest_rung));
 
     if (const protocol::Track* track = stream.track(TrackKind::texture)) {
         MIEN_TRY(texture, decoder::TextureDecoder::create(*track, track->rungs.front()));

@@ -28,12 +28,14 @@ public:
     Result<model::FaceModel> model() const;
     /// First track of a kind; null when the stream has none.
     const protocol::Track* track(protocol::TrackKind kind) const;
-    /// A decoder for the first rung of the motion track.
-    Result<decoder::MotionDecoder> motion_decoder(const model::FaceModel& model) const;
+    /// A decoder for the motion track's rungs 0 .. `highest` (or as many as there are).
+    Result<decoder::MotionDecoder> motion_decoder(const model::FaceModel& model, std::size_t highest = kAllRungs) const;
+    static constexpr std::size_t kAllRungs = 64;
 
     /// Reads every group of the track's first rung, in order. Stops at the first error, its own or the visitor's.
     Result<void> visit_groups(const protocol::Track& track, const std::function<Result<void>(const protocol::Group&)>& visit) const;
-    /// Decodes the motion track from its start to its end, frame by frame.
+    /// Decodes the motion track from its start to its end, frame by frame, with all rungs that the decoder was made for. A cut stream
+    /// may lack some at its end; those that are damaged are an error.
     Result<void> visit_motion(decoder::MotionDecoder& decoder, const std::function<Result<void>(const model::Motion&)>& visit) const;
 
 private:
@@ -47,6 +49,7 @@ private:
 /// gaze, texture (decoded as it is read) and sound. `damaged` groups are an error. A stream that has been cut gives the frames
 /// that it still holds; its texture may end a group before its motion, and then so does what is `textured`.
 enum class Keep { textured, all };
-Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress = {}, Keep keep = Keep::textured);
+Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress = {}, Keep keep = Keep::textured,
+                           std::size_t highest_rung = StoredStream::kAllRungs);
 
 }  // namespace mien::tools
