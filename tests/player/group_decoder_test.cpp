@@ -27,7 +27,7 @@ struct Opened {
         stream = std::make_unique<StreamModel>(std::move(*model));
     }
     bool is_visual(const protocol::Group& group) const {
-        return group.slot == stream->motion_slot || (stream->texture && group.slot == stream->texture_slot);
+        return group.slot == stream->motion_slots.front() || (stream->texture && group.slot == stream->texture_slot);
     }
 };
 
