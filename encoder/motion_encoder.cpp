@@ -154,6 +154,7 @@ MotionTask refinement_of(const MotionTask& below, const MotionAnswer& answer, do
     task.triangles = below.triangles;
     task.mirror = below.mirror;
     task.poses = below.poses;
+    task.side_targets.resize(0, task.plan.frames);
     task.below = &trial.basis;
     task.below_numbers = &trial.coded.numbers;
     task.below_sides = below.shape.side_channels();

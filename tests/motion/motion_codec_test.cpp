@@ -203,11 +203,11 @@ TEST(MotionCodec, CorrectionsThatAreNotNeededCostNothing) {
 }
 
 TEST(MotionCodec, EveryRungKeepsItsErrorAndNeedsNoneAbove) {
-    const Clip vertices = with_outliers(motion_test::vertex_clip(8, 40, 3, true), 3, 2);
-    const Clip markers = motion_test::marker_clip(40, 2, true, 0.02);
+    const Clip vertices = with_outliers(motion_test::vertex_clip(7, 24, 3, true), 3, 2);
+    const Clip markers = motion_test::marker_clip(24, 2, true, 0.02);
     for (MotionPreset preset : {MotionPreset::file, MotionPreset::live})
         for (auto [clip, kind] : {std::pair(&vertices, MotionKind::vertices), std::pair(&markers, MotionKind::markers)}) {
-            const EncodedMotion all = encode(*clip, {.kind = kind, .preset = preset, .rms = 0.1, .peak = 0.4, .rungs = 3, .group_frames = 16});
+            const EncodedMotion all = encode(*clip, {.kind = kind, .preset = preset, .rms = 0.1, .peak = 0.4, .rungs = 3, .group_frames = 10});
             ASSERT_EQ(all.refinements.size(), 2u);
             EXPECT_LE(errors_of(*clip, kind, all).peak, 0.4001);
             for (std::size_t rungs = 3; rungs > 0; --rungs) {
@@ -372,6 +372,8 @@ TEST(MotionCodec, RefusesWhatIsNoMotionNamingFrameAndPoint) {
 
 TEST(MotionCodec, SurvivesEveryTruncationOfBasisAndObjects) {
     const Clip clip = with_outliers(motion_test::vertex_clip(6, 20, 9, true), 3, 2);
+    // Objects have no checksum of their own: now and then a cut one is another object's bytes.
+    int tried = 0, taken = 0;
     for (MotionPreset preset : kPresets) {
         const EncodedMotion encoded = encode(clip, {.preset = preset, .rms = 0.3, .peak = 0.5, .group_frames = 10});
         for (std::size_t n = 0; n < encoded.basis.size(); ++n) {
@@ -382,8 +384,6 @@ TEST(MotionCodec, SurvivesEveryTruncationOfBasisAndObjects) {
         }
         auto decoder = decoder::MotionDecoder::create(encoded.info, encoded.basis, triangles_of(clip));
         ASSERT_TRUE(decoder.ok());
-        // Objects have no checksum of their own: now and then a cut one is another object's bytes.
-        int tried = 0, taken = 0;
         for (const auto& group : encoded.groups)
             for (std::size_t n = 0; n < group.objects.front().bytes.size(); ++n) {
                 decoder->begin_group();
@@ -395,8 +395,8 @@ TEST(MotionCodec, SurvivesEveryTruncationOfBasisAndObjects) {
                     EXPECT_FALSE(decoder->decode(group.objects.front(), 0).ok()) << "waits for the next group";
                 }
             }
-        EXPECT_LE(10 * taken, tried);
     }
+    EXPECT_LE(10 * taken, tried);
 }
 
 TEST(MotionCodec, AskesForTheMeshItWasPredictedAcross) {
