@@ -66,6 +66,7 @@ public:
         Eigen::Map<Eigen::VectorXf> x(out.data(), still_.size());
         x = still_;
         x.noalias() += decoder_->basis().components * motion.coefficients;
+        for (const model::Correction& correction : motion.corrections) x[correction.at] += correction.offset;
         if (info_.has_pose && info_.kind != MotionKind::weights)
             apply_pose(motion.pose, PointsMap(out.data(), still_.size() / 3, 3));
         return {};

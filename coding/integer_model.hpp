@@ -58,6 +58,14 @@ public:
             [&](int& bit) { signs_[std::size_t(contexts.sign)].code(coder, bit, limit_); });
     }
 
+    /// A yes or no, as the zero flag of an integer would be.
+    template <class Coder>
+    void code_flag(Coder& coder, int& flag, const Contexts& contexts) {
+        const Mixed mixed = predict(0, contexts);
+        coder.code(flag, mixed.p);
+        learn(mixed, flag);
+    }
+
     /// Bits that `value` would cost now; nothing is learnt.
     double cost(std::int32_t value, const Contexts& contexts) const;
 

@@ -12,7 +12,7 @@
 namespace mien::coding {
 namespace {
 
-constexpr std::uint8_t kAcrossMesh = 1, kHasParents = 2, kHasWeights = 4, kMirrored = 8;
+constexpr std::uint8_t kAcrossMesh = 1, kHasParents = 2, kHasWeights = 4, kMirrored = 8, kCorrects = 16, kRefines = 32;
 
 Error damaged(const char* what) { return {ErrorCode::damaged, std::string("motion basis: ") + what}; }
 
@@ -71,6 +71,24 @@ void code_start(Coder& coder, MotionStart& start, std::size_t entries, std::size
     }
 }
 
+// Which points are corrected: the gaps between them.
+template <class Coder>
+bool code_corrected(Coder& coder, std::vector<std::uint32_t>& points, std::uint32_t limit) {
+    const std::array<int, 1> counts{8};
+    IntegerModel gaps(counts, 1, 1, 60);
+    std::int64_t last = -1;
+    IntegerModel::Contexts contexts;
+    for (std::uint32_t& point : points) {
+        std::int32_t gap = Coder::kDecodes ? 0 : std::int32_t(std::int64_t(point) - last - 1);
+        gaps.code(coder, gap, contexts);
+        if (gap < 0 || last + 1 + gap >= std::int64_t(limit) || coder.failed()) return false;
+        contexts.input[0] = magnitude_level(std::uint32_t(gap), 8);
+        last += 1 + gap;
+        point = std::uint32_t(last);
+    }
+    return true;
+}
+
 }  // namespace
 
 PointOrder basis_order(const MotionBasis& basis, const MotionShape& shape, std::span<const Triangle> triangles, std::span<const std::uint32_t> mirror) {
@@ -79,10 +97,24 @@ PointOrder basis_order(const MotionBasis& basis, const MotionShape& shape, std::
     return plain_order(shape.points);
 }
 
+MotionBasis refining(const MotionBasis& below) {
+    MotionBasis basis;
+    basis.scheme = below.scheme;
+    basis.components = below.components;
+    basis.refines = true;
+    basis.shared = below.size();
+    basis.block = below.block;
+    basis.across_mesh = below.across_mesh;
+    basis.mirrored = below.mirrored;
+    basis.parents = below.parents;
+    basis.level_steps = below.level_steps;
+    return basis;
+}
+
 BasisBytes write_motion_basis(const MotionBasis& basis, const MotionShape& shape, const PointOrder& order) {
     ByteWriter out;
     out.u8(std::uint8_t(basis.scheme));
-    const MotionChannels layout(shape, basis.size());
+    const MotionChannels layout(shape, basis.size(), basis.shared);
     MotionStart start = basis.start;
 
     Bytes probabilities;
@@ -97,14 +129,18 @@ BasisBytes write_motion_basis(const MotionBasis& basis, const MotionShape& shape
     }
     out.varint(probabilities.size());
     out.bytes(probabilities);
-    out.varint(basis.size());
+    out.varint(basis.size() - basis.shared);
     out.f32(basis.step);
     out.f32(basis.mean_step);
     std::uint8_t flags = 0;
-    if (basis.across_mesh) flags |= kAcrossMesh;
-    if (!basis.parents.empty()) flags |= kHasParents;
+    // A refinement has what it shares with the rung below from there.
+    const bool across_mesh = basis.across_mesh && !basis.refines, parents = !basis.parents.empty() && !basis.refines;
+    if (basis.refines) flags |= kRefines;
+    if (across_mesh) flags |= kAcrossMesh;
+    if (parents) flags |= kHasParents;
     if (!start.weights.empty()) flags |= kHasWeights;
-    if (basis.mirrored) flags |= kMirrored;
+    if (basis.mirrored && !basis.refines) flags |= kMirrored;
+    if (!basis.corrected.empty()) flags |= kCorrects;
     out.u8(flags);
     if (shape.pose) {
         out.f32(basis.translation_step);
@@ -113,20 +149,27 @@ BasisBytes write_motion_basis(const MotionBasis& basis, const MotionShape& shape
     }
     if (shape.gaze) out.f32(basis.gaze_step);
     for (int i = 0; i < shape.side_channels(); ++i) out.svarint(basis.side_mean[std::size_t(i)]);
-    if (basis.scheme == MotionScheme::transform) out.u8(basis.block);
+    if (basis.scheme == MotionScheme::transform && !basis.refines) out.u8(basis.block);
     if (basis.scheme != MotionScheme::guenter98) out.u8(start.confidence);
     if (basis.scheme == MotionScheme::causal)
         for (const auto& row : basis.predictors)
             for (std::int16_t a : row) out.svarint(a);
-    if (basis.across_mesh)
+    if (across_mesh)
         for (std::uint8_t s : basis.level_steps) out.u8(s);
+    if (!basis.corrected.empty()) {
+        out.f32(basis.correction_step);
+        out.varint(basis.corrected.size());
+    }
 
     RangeEncoder coder;
-    if (!basis.parents.empty())
+    if (parents)
         for (std::uint32_t i = 1; i < shape.points; ++i) {
             std::uint32_t parent = basis.parents[i];
             code_plain(coder, parent, int(std::bit_width(i)));
         }
+    std::vector<std::uint32_t> corrected = basis.corrected;
+    [[maybe_unused]] const bool ascending = code_corrected(coder, corrected, shape.points);
+    assert(ascending);
     if (basis.scheme == MotionScheme::guenter98) {
         write_static_vectors(coder, basis, shape);
     } else {
@@ -139,8 +182,10 @@ BasisBytes write_motion_basis(const MotionBasis& basis, const MotionShape& shape
                 return std::int32_t(difference / v.step);
             });
         };
+        const std::span<const std::vector<std::int32_t>> components(basis.components);
+        vectors.learn(components.first(basis.shared));
         code(basis.mean);
-        for (const auto& component : basis.components) code(component);
+        for (const auto& component : components.subspan(basis.shared)) code(component);
     }
     out.bytes(coder.finish());
     return {out.take(), probabilities.size()};
@@ -155,23 +200,27 @@ Result<std::size_t> motion_basis_probabilities(ByteView bytes) {
 }
 
 Result<MotionBasis> read_motion_basis(const MotionShape& shape, ByteView bytes, std::span<const Triangle> triangles,
-                                      std::span<const std::uint32_t> mirror) {
+                                      std::span<const std::uint32_t> mirror, const MotionBasis* below) {
     ByteReader in(bytes);
-    MotionBasis basis;
+    MotionBasis basis = below ? refining(*below) : MotionBasis();
     const std::uint8_t scheme = in.u8();
     if (in.ok() && (scheme < 1 || scheme > 3)) return damaged("unknown scheme");
+    if (in.ok() && below && (MotionScheme(scheme) != below->scheme || below->scheme == MotionScheme::guenter98))
+        return damaged("its scheme is not that of the rung below");
     basis.scheme = MotionScheme(scheme);
     const std::uint64_t probabilities_size = in.varint();
     const ByteView probabilities = in.bytes(probabilities_size);
-    const std::uint64_t k = in.varint();
+    const std::uint64_t own = in.varint(), k = own + basis.shared;
     basis.step = in.f32();
     basis.mean_step = in.f32();
     const std::uint8_t flags = in.u8();
     if (!in.ok()) return Error{ErrorCode::truncated, "the motion basis ends inside its head"};
-    if (k > MotionBasis::kMaxComponents || (k + 1) * shape.dimension() > MotionBasis::kMaxValues)
+    if (own > MotionBasis::kMaxComponents || k > MotionBasis::kMaxComponents || (k + 1) * shape.dimension() > MotionBasis::kMaxValues)
         return Error{ErrorCode::limit_exceeded, "motion basis: more components than its limits allow"};
     if (!sane(basis.step) || !sane(basis.mean_step)) return damaged("a step is not a positive number");
-    if (flags > (kAcrossMesh | kHasParents | kHasWeights | kMirrored) || (flags & 3) == 3 || (flags & (kAcrossMesh | kMirrored)) == kMirrored) return damaged("unknown flags");
+    if (flags > (kAcrossMesh | kHasParents | kHasWeights | kMirrored | kCorrects | kRefines) || (flags & 3) == 3 || (flags & (kAcrossMesh | kMirrored)) == kMirrored) return damaged("unknown flags");
+    if (bool(flags & kRefines) != basis.refines || (basis.refines && (flags & (kAcrossMesh | kHasParents | kMirrored))))
+        return damaged("its place among the rungs is another");
     if (shape.pose) {
         basis.translation_step = in.f32();
         basis.rotation_step = in.f32();
@@ -190,7 +239,7 @@ Result<MotionBasis> read_motion_basis(const MotionShape& shape, ByteView bytes, 
         if (v < -(1 << 28) || v > (1 << 28)) return damaged("a mean pose out of range");
         basis.side_mean[std::size_t(i)] = std::int32_t(v);
     }
-    if (basis.scheme == MotionScheme::transform) {
+    if (basis.scheme == MotionScheme::transform && !basis.refines) {
         basis.block = in.u8();
         if (in.ok() && (basis.block < 1 || basis.block > CosineTransform::kMaxLength)) return damaged("block length out of range");
     }
@@ -205,8 +254,8 @@ Result<MotionBasis> read_motion_basis(const MotionShape& shape, ByteView bytes, 
                 a = std::int16_t(v);
             }
     }
-    basis.across_mesh = flags & kAcrossMesh;
-    if (basis.across_mesh) {
+    if (!basis.refines) basis.across_mesh = flags & kAcrossMesh;
+    if (flags & kAcrossMesh) {
         for (std::uint8_t& s : basis.level_steps) {
             s = in.u8();
             if (in.ok() && s == 0) return damaged("a residual step of zero");
@@ -217,9 +266,15 @@ Result<MotionBasis> read_motion_basis(const MotionShape& shape, ByteView bytes, 
         if (basis.mirrored && mirror.size() != shape.points)
             return Error{ErrorCode::missing, "this motion basis is predicted from side to side, but the neutral mesh has no mirror"};
     }
+    if (flags & kCorrects) {
+        basis.correction_step = in.f32();
+        const std::uint64_t count = in.varint();
+        if (in.ok() && (!sane(basis.correction_step) || count == 0 || count > shape.points)) return damaged("corrections out of range");
+        if (in.ok()) basis.corrected.resize(std::size_t(count));
+    }
     if (!in.ok()) return Error{ErrorCode::truncated, "the motion basis ends inside its head"};
 
-    const MotionChannels layout(shape, std::uint32_t(k));
+    const MotionChannels layout(shape, std::uint32_t(k), basis.shared);
     if (basis.scheme == MotionScheme::guenter98) {
         RangeDecoder coder(probabilities);
         basis.static_codes.resize(std::size_t(channels) + std::size_t(k) + 1);
@@ -245,6 +300,7 @@ Result<MotionBasis> read_motion_basis(const MotionShape& shape, ByteView bytes, 
             basis.parents[i] = parent;
         }
     }
+    if (!code_corrected(coder, basis.corrected, shape.points)) return damaged("a corrected point that is none");
     const std::size_t d = std::size_t(shape.dimension());
     if (basis.scheme == MotionScheme::guenter98) {
         read_static_vectors(coder, basis, shape, std::uint32_t(k));
@@ -252,10 +308,11 @@ Result<MotionBasis> read_motion_basis(const MotionShape& shape, ByteView bytes, 
         const PointOrder order = basis_order(basis, shape, triangles, mirror);
         VectorCoder vectors(shape, order, basis.level_steps);
         std::vector<std::int32_t> walk(d, 0);
+        vectors.learn(basis.components);
         const auto ignore = [](const VectorCoder::Value&, const auto&, auto&) { return 0; };
         vectors.code(coder, walk, ignore);
         basis.mean = walk;
-        for (std::uint64_t j = 0; j < k && !coder.failed(); ++j) {
+        for (std::uint64_t j = 0; j < own && !coder.failed(); ++j) {
             vectors.code(coder, walk, ignore);
             basis.components.push_back(walk);
         }

@@ -55,6 +55,8 @@ struct MotionBasis {
     float mean_step = 1;                            ///< mm or weight units per unit of `mean`
     std::vector<std::int32_t> mean;                 ///< d
     std::vector<std::vector<std::int32_t>> components;  ///< k vectors of d
+    bool refines = false;                           ///< of a rung that refines another
+    std::uint32_t shared = 0;                       ///< the first so many components are those of the rung below, not stored again
 
     float translation_step = 1;                     ///< mm
     float rotation_step = 1;                        ///< radians
@@ -68,6 +70,8 @@ struct MotionBasis {
     bool mirrored = false;                          ///< ... and from one side of the face to the other
     std::vector<std::uint32_t> parents;             ///< or over these earlier points; empty: not predicted
     std::array<std::uint8_t, PointOrder::kLevels> level_steps = kEvenSteps;  ///< residual step by level
+    std::vector<std::uint32_t> corrected;           ///< points (weights) that MotionCorrections corrects, ascending
+    float correction_step = 1;                      ///< mm or weight units
     MotionStart start;
     /// guenter98: chances of every bin as logit levels, one row per channel, then one per basis vector.
     std::vector<std::array<std::int8_t, 24>> static_codes;
@@ -89,10 +93,13 @@ PointOrder basis_order(const MotionBasis& basis, const MotionShape& shape, std::
 /// Writes a basis. Its vectors must lie on the residual grid that VectorQuantiser makes.
 BasisBytes write_motion_basis(const MotionBasis& basis, const MotionShape& shape, const PointOrder& order);
 
+/// What a rung that refines `below` has in common with it: scheme, block length, the order of points, all its components.
+MotionBasis refining(const MotionBasis& below);
+
 /// Reads a basis; refuses what cannot be, and one that is predicted across a mesh when `triangles` is empty, or from side to
-/// side when `mirror` (Mesh::mirror) is.
+/// side when `mirror` (Mesh::mirror) is. `below`: the basis of the rung that this one refines; none: it stands alone.
 Result<MotionBasis> read_motion_basis(const MotionShape& shape, ByteView bytes, std::span<const Triangle> triangles,
-                                      std::span<const std::uint32_t> mirror = {});
+                                      std::span<const std::uint32_t> mirror = {}, const MotionBasis* below = nullptr);
 
 /// How many bytes of a basis are probabilities, from its head alone.
 Result<std::size_t> motion_basis_probabilities(ByteView bytes);

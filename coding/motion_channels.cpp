@@ -30,7 +30,7 @@ void expect(std::span<AdaptiveBit> bins, std::uint64_t mean) {
 }  // namespace
 
 IntegerModel MotionChannels::make_model() const {
-    IntegerModel model(kContexts, 1, 3, kLimit);
+    IntegerModel model(counts_, 1, 3, kLimit);
     std::span<AdaptiveBit> bits = model.bits();
     const auto next = [&] {
         const auto here = bits.first(Binarisation::kBins);

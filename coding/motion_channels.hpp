@@ -16,17 +16,21 @@ namespace mien::coding {
 /// the right eye, then of the left), then the components; and the contexts their numbers are coded in.
 class MotionChannels {
 public:
-    MotionChannels(const MotionShape& shape, std::uint32_t components)
-        : side_(shape.side_channels()), total_(side_ + int(components)), gaze_only_(shape.gaze && !shape.pose) {}
+    /// shared: so many components refine what the rung below has coded of them.
+    MotionChannels(const MotionShape& shape, std::uint32_t components, std::uint32_t shared = 0)
+        : side_(shape.side_channels()), total_(side_ + int(components)), shared_(side_ + int(shared)), gaze_only_(shape.gaze && !shape.pose) {
+        if (shared > 0) counts_.back() *= 2;
+    }
 
     int side() const { return side_; }
     int total() const { return total_; }
+    bool refines(int channel) const { return channel >= side_ && channel < shared_; }
 
     /// A model that has learnt nothing, but expects numbers about as large as their neighbours.
     IntegerModel make_model() const;
-    static constexpr std::size_t model_entries() {
+    std::size_t model_entries() const {
         std::size_t entries = 0;
-        for (int count : kContexts) entries += std::size_t(count) * Binarisation::kBins;
+        for (int count : counts_) entries += std::size_t(count) * Binarisation::kBins;
         return entries;
     }
     static constexpr std::size_t model_weights() { return Binarisation::kBins * kContexts.size(); }
@@ -37,6 +41,7 @@ public:
         std::uint32_t beside = 0, beside_next = 0, beside_last = 0;  ///< of the channel before, at f, f + 1, f - 1
         std::uint32_t beyond = 0;                                  ///< of the channel before that, at f
         std::uint32_t earlier = 0;                                 ///< of this channel, at f of the block before
+        std::uint32_t below = 0;                                   ///< where a channel refines another: of that, at f
         int sign = 0;
     };
     /// index: frequency in a block, or frames since the group's start. scale: how many of them there are.
@@ -55,7 +60,7 @@ public:
                                                : 5 * a.beside + 3 * a.beyond + 4 * a.earlier;
         c.input[3] = fine_level(around) * 4 + kind;
         c.input[4] = id * 4 + magnitude_level(a.last + a.before_last, 4);
-        c.input[5] = std::min(index, 63) * 4 + kind;
+        c.input[5] = refines(channel) ? kContexts[5] + (magnitude_level(a.below, 8) * 8 + band) * 4 + kind : std::min(index, 63) * 4 + kind;
         c.sign = a.sign > 0 ? 2 : a.sign < 0 ? 0 : 1;
         return c;
     }
@@ -70,8 +75,9 @@ private:
         return std::min(31, 2 * top + int(m >> (top - 1) & 1));
     }
 
-    int side_, total_;
+    int side_, total_, shared_;
     bool gaze_only_;
+    std::array<int, 6> counts_ = kContexts;
 };
 
 }  // namespace mien::coding

@@ -3,7 +3,7 @@
 namespace mien::coding {
 
 MotionFrames::MotionFrames(const MotionBasis& basis, const MotionShape& shape)
-    : basis_(basis), shape_(shape), layout_(shape, basis.size()), start_(layout_.make_model()), model_(start_) {
+    : basis_(basis), shape_(shape), layout_(shape, basis.size(), basis.shared), start_(layout_.make_model()), model_(start_) {
     const MotionStart& start = basis.start;
     for (const MotionStart::Chance& chance : start.chances) {
         AdaptiveBit& bit = start_.bits()[chance.at];
@@ -28,6 +28,7 @@ void MotionFrames::begin_group() {
 void MotionFrames::begin_object(std::uint32_t frames) {
     numbers_.assign(std::size_t(layout_.total()) * frames, 0);
     zeros_.assign(frames, 0);
+    splits_.assign(std::size_t(layout_.total()), 0);
     samples_.assign(std::size_t(layout_.total()) * frames, 0);
 }
 

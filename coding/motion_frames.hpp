@@ -23,6 +23,14 @@ public:
 
     void begin_group();
 
+    /// Of the same frames in the rung below, channel by channel as this rung shares them: the coded numbers, and how blocks were
+    /// split. Set before each object of a rung that refines another.
+    struct Below {
+        std::vector<const std::int32_t*> numbers;
+        std::vector<std::uint8_t> splits;
+    };
+    void set_below(Below below) { below_ = std::move(below); }
+
     /// Presence of every point in each of `frames` frames: frames x points, 0 or 1.
     template <class Coder>
     void code_presence(Coder& coder, std::uint32_t frames, std::vector<std::uint8_t>& presence) {
@@ -56,16 +64,14 @@ public:
     template <class Coder, class BeginBlock, class Decide>
     void code_channel(Coder& coder, int channel, std::uint32_t frames, int& split, BeginBlock&& begin_block,
                       Decide&& decide) {
-        int more = split > 0;
-        split_[std::size_t(last_split_)].code(coder, more);
-        if (more) {
-            int twice = split > 1;
-            split_[3].code(coder, twice);
-            split = 1 + twice;
+        const std::int32_t* below = nullptr;
+        if (layout_.refines(channel)) {
+            below = below_.numbers[std::size_t(channel - layout_.side())];
+            split = below_.splits[std::size_t(channel - layout_.side())];
         } else {
-            split = 0;
+            code_split(coder, split);
         }
-        last_split_ = split;
+        splits_[std::size_t(channel)] = std::uint8_t(split);
         const std::uint32_t blocks = std::min(frames, (frames + basis_.block - 1) / basis_.block << split);
         std::int32_t* numbers = row(numbers_, channel, frames);
         const std::int32_t* beside = channel > layout_.side() ? row(numbers_, channel - 1, frames) : zeros_.data();
@@ -88,6 +94,7 @@ public:
                 if (f > 0) a.beside_last = magnitude(beside[at - 1]);
                 if (f + 1 < block.length) a.beside_next = magnitude(beside[at + 1]);
                 a.beyond = magnitude(beyond[at]);
+                if (below) a.below = magnitude(below[at]);
                 if (b > 0 && f < length_before) a.earlier = magnitude(numbers[block.first - length_before + f]);
                 const Contexts contexts = layout_.contexts(channel, int(f), a);
                 numbers[at] = decide(int(f), contexts, model_);
@@ -102,9 +109,9 @@ public:
         }
     }
 
-    /// causal: one frame, all channels. decide(channel, prediction in sixteenths, contexts, model) -> residual in steps.
+    /// causal: one frame of an object, all channels. decide(channel, prediction in sixteenths, contexts, model) -> residual in steps.
     template <class Coder, class Decide>
-    void code_frame(Coder& coder, Decide&& decide) {
+    void code_frame(Coder& coder, Decide&& decide, std::uint32_t frame = 0, std::uint32_t frames = 1) {
         for (int c = 0; c < layout_.total() && !coder.failed(); ++c) {
             Past& past = past_[std::size_t(c)];
             MotionChannels::Around a;
@@ -113,10 +120,12 @@ public:
             a.sign = past.sign;
             if (c > layout_.side()) a.beside = past_[std::size_t(c - 1)].residual[0], a.beside_last = past_[std::size_t(c - 1)].residual[1];
             if (c > layout_.side() + 1) a.beyond = past_[std::size_t(c - 2)].residual[0];
+            if (layout_.refines(c)) a.below = std::uint32_t(std::abs(below_.numbers[std::size_t(c - layout_.side())][frame]));
             const Contexts contexts = layout_.contexts(c, int(std::min<std::uint32_t>(age_, 3)), a);
             const std::int64_t prediction = predict(c);
             std::int32_t residual = decide(c, prediction, contexts, model_);
             model_.code(coder, residual, contexts);
+            numbers_[std::size_t(c) * frames + frame] = residual;
             const std::int64_t sample = prediction + std::int64_t(residual) * MotionBasis::kFraction;
             if (std::abs(sample) > kMaxSample) return coder.fail();
             past.residual[1] = past.residual[0];
@@ -158,7 +167,7 @@ public:
         }
         for (std::uint32_t f = 0; f < frames && !coder.failed(); ++f) {
             if (basis_.scheme == MotionScheme::causal)
-                code_frame(coder, [&](int c, std::int64_t, const Contexts&, auto&) { return coder.enter(c < layout_.side()), 0; });
+                code_frame(coder, [&](int c, std::int64_t, const Contexts&, auto&) { return coder.enter(c < layout_.side()), 0; }, f, frames);
             else
                 code_guenter_frame(coder, [&](int c, std::int64_t) { return coder.enter(c < layout_.side()), 0; });
             store_frame(f, frames);
@@ -173,6 +182,7 @@ public:
         return samples_[std::size_t(channel) * frames + frame];
     }
 
+    int split(int channel) const { return splits_[std::size_t(channel)]; }
     const MotionChannels& layout() const { return layout_; }
     IntegerModel& model() { return model_; }
     /// The coefficients of a channel of the current object, block after block.
@@ -213,6 +223,19 @@ public:
     }
 
 private:
+    template <class Coder>
+    void code_split(Coder& coder, int& split) {
+        int more = split > 0;
+        split_[std::size_t(last_split_)].code(coder, more);
+        if (more) {
+            int twice = split > 1;
+            split_[3].code(coder, twice);
+            split = 1 + twice;
+        } else {
+            split = 0;
+        }
+        last_split_ = split;
+    }
     static std::int32_t* row(std::vector<std::int32_t>& grid, int channel, std::uint32_t frames) {
         return grid.data() + std::size_t(channel) * frames;
     }
@@ -229,6 +252,8 @@ private:
     std::array<AdaptiveBit, 4> presence_flips_;
     std::vector<std::uint8_t> present_;
     std::vector<std::int32_t> numbers_, zeros_;
+    std::vector<std::uint8_t> splits_;   ///< of the current object
+    Below below_;
     std::vector<std::int64_t> samples_;
     std::vector<Past> past_;
     std::uint32_t age_ = 0;

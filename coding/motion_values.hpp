@@ -17,6 +17,9 @@ Eigen::VectorXf mean_of(const MotionBasis& basis);
 /// d x k: columns for coefficients that count sixteenths of a step.
 Eigen::MatrixXf components_of(const MotionBasis& basis);
 
+/// What a coefficient of rung `low` counts in the columns of a rung `high` above it, which begin with the same vectors.
+inline float scale_between(const MotionBasis& low, const MotionBasis& high) { return float(double(low.step) / double(high.step)); }
+
 /// Length of an integer vector; 0 for a vector of zeros.
 double length_of(std::span<const std::int32_t> vector);
 

@@ -156,6 +156,15 @@ private:
     double bits_ = 0;
 };
 
+/// Writes nothing: for walks that only let models learn.
+class SilentCoder {
+public:
+    static constexpr bool kDecodes = false;
+    void code(int&, Probability) {}
+    bool failed() const { return false; }
+    void fail() {}
+};
+
 /// `count` bits of equal probability, highest first.
 template <class Coder>
 void code_plain(Coder& coder, std::uint32_t& value, int count) {

@@ -95,6 +95,16 @@ public:
         for (SideGain& gain : gain_) gain = {};
     }
 
+    /// Learns from vectors that both sides have already: they are walked as if coded.
+    void learn(std::span<const std::vector<std::int32_t>> vectors) {
+        SilentCoder silent;
+        std::vector<std::int32_t> walk(std::size_t(shape_->dimension()), 0);
+        for (const auto& vector : vectors)
+            code(silent, walk, [&](const Value& v, const auto&, auto&) {
+                return std::int32_t((std::int64_t(vector[v.index]) - v.prediction) / v.step);
+            });
+    }
+
     static constexpr std::int64_t kMaxValue = 1 << 28;
 
 private:

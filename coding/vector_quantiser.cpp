@@ -31,6 +31,7 @@ VectorQuantiser::VectorQuantiser(const MotionShape& shape, const PointOrder& ord
                                  const std::array<std::uint8_t, PointOrder::kLevels>& level_steps)
     : state_(std::make_unique<State>(shape, order, level_steps)) {}
 VectorQuantiser::~VectorQuantiser() = default;
+void VectorQuantiser::learn(std::span<const std::vector<std::int32_t>> vectors) { state_->vectors.learn(vectors); }
 double VectorQuantiser::bits() const { return state_->coder.bits(); }
 
 std::vector<std::int32_t> VectorQuantiser::quantise(std::span<const double> values, double lambda, int rounds) {

@@ -24,6 +24,9 @@ public:
     std::vector<std::int32_t> quantise(std::span<const double> values, double lambda, int rounds);
     double bits() const;
 
+    /// Learns from vectors of lower rungs, as VectorCoder does.
+    void learn(std::span<const std::vector<std::int32_t>> vectors);
+
 private:
     struct State;
     std::unique_ptr<State> state_;

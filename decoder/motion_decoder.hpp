@@ -11,14 +11,19 @@
 
 namespace mien::decoder {
 
-/// Turns the objects of one motion rung into motion. Not thread-safe; one per stream.
+/// Turns the objects of a motion rung, and of the rungs it refines, into motion. Not thread-safe; one per stream.
 class MotionDecoder {
 public:
-    /// `basis`: the unpacked motion_basis blob. Refuses one that does not fit `info`. `triangles`: of the model's neutral
-    /// mesh, when it has one: bases of vertex motion are predicted across it (ErrorCode::missing without), and from side to side
-    /// with its `mirror`.
-    static Result<MotionDecoder> create(const protocol::MotionInfo& info, ByteView basis,
+    /// `bases`: the unpacked motion_basis blobs of the rungs, the one that stands alone first. Refuses those that do not fit `info`
+    /// or each other. `triangles`: of the model's neutral mesh, when it has one: bases of vertex motion are predicted across it
+    /// (ErrorCode::missing without), and from side to side with its `mirror`.
+    static Result<MotionDecoder> create(const protocol::MotionInfo& info, std::span<const ByteView> bases,
                                         std::span<const Triangle> triangles = {}, std::span<const std::uint32_t> mirror = {});
+    /// The same for one rung that stands alone.
+    static Result<MotionDecoder> create(const protocol::MotionInfo& info, ByteView basis,
+                                        std::span<const Triangle> triangles = {}, std::span<const std::uint32_t> mirror = {}) {
+        return create(info, std::span(&basis, 1), triangles, mirror);
+    }
     MotionDecoder(MotionDecoder&&) noexcept;
     MotionDecoder& operator=(MotionDecoder&&) noexcept;
     ~MotionDecoder();
@@ -30,9 +35,16 @@ public:
 
     /// Decodes the next object of the group: `object.frames` instants, numbered from `first_frame`. After an error the
     /// decoder waits for begin_group() and refuses objects until then.
-    Result<std::vector<model::Motion>> decode(const protocol::Object& object, std::int64_t first_frame);
+    /// refinements: the objects of the same frames in the rungs above, lowest first. Those behind one that is null, damaged or of
+    /// other frames are left out, to the group's end, and so is it: refined() tells.
+    Result<std::vector<model::Motion>> decode(const protocol::Object& object, std::int64_t first_frame,
+                                              std::span<const protocol::Object* const> refinements = {});
 
-    /// The entropy decoder's state after the last object; equal to the encoder's, or something has drifted.
+    /// Rungs that this decoder was made for, and how many of them took part in the last decode().
+    std::size_t rungs() const;
+    std::size_t refined() const;
+
+    /// The entropy decoder's state after the last object (of the highest rung that took part); equal to the encoder's, or something has drifted.
     std::uint64_t state_hash() const;
 
     /// Bits of the objects decoded so far by what they carried (ideal code lengths, scaled to the real bytes).

@@ -1,12 +1,15 @@
 #include "encoder/motion_encoder.hpp"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <optional>
 
 #include "coding/motion_values.hpp"
 #include "encoder/motion_goal.hpp"
 #include "encoder/motion_matrix.hpp"
+#include "encoder/motion_peaks.hpp"
 #include "encoder/motion_pose.hpp"
 #include "encoder/motion_search.hpp"
 #include "encoder/reference_points.hpp"
@@ -104,7 +107,7 @@ std::vector<RigidPose> head_poses(const Clip& clip, MotionKind kind, PointsRef r
 // Completes a task whose shape, scheme and plan are set: pose and gaze as they are coded, and what is left for components.
 // poses: one per frame, or none for a head that stands still.
 void settle(MotionTask& task, const Clip& clip, const MotionGoal& goal, PointsRef reference, PointsRef around,
-            std::vector<RigidPose> poses) {
+            std::vector<RigidPose> poses, int rungs) {
     task.shape.pose = !poses.empty();
     const double pose_guess = goal.kind == MotionKind::weights ? 0.1 : goal.guess();
     const Vec3 centre = around.colwise().mean();
@@ -124,6 +127,76 @@ void settle(MotionTask& task, const Clip& clip, const MotionGoal& goal, PointsRe
     impute(matrix);
     const double allowed = goal.guess() * goal.guess() * double(std::max<std::int64_t>(1, matrix.present));
     task.components = find_components(matrix.values, 0.01 * allowed, 320);
+    task.poses = std::move(poses);
+    if (goal.peak || rungs > 1) task.motion = std::move(matrix);
+}
+
+// What a trial says of the motion vectors, d x F.
+Eigen::MatrixXf values_of(const MotionTask& task, const MotionTrial& trial) {
+    const Eigen::MatrixXf columns = coding::components_of(trial.basis);
+    const Eigen::MatrixXf w = (trial.coded.samples.bottomRows(columns.cols()) * MotionBasis::kFraction).cast<float>();
+    Eigen::MatrixXf values = columns * w;
+    values.colwise() += coding::mean_of(trial.basis);
+    const auto corrections = held_corrections(trial.basis, task.plan, task.shape.coordinates, trial.changes);
+    for (std::size_t f = 0; f < corrections.size(); ++f)
+        for (const model::Correction& correction : corrections[f]) values(Eigen::Index(correction.at), Eigen::Index(f)) += correction.offset;
+    return values;
+}
+
+// What the rungs up to `answer` have left of `below`: a task of its own, in the components it has already and new ones across them.
+// Refers to `answer`.
+MotionTask refinement_of(const MotionTask& below, const MotionAnswer& answer, double allowed) {
+    const MotionTrial& trial = answer.trial;
+    MotionTask task;
+    task.shape = {.points = below.shape.points, .coordinates = below.shape.coordinates};
+    task.scheme = below.scheme;
+    task.plan = below.plan;
+    task.triangles = below.triangles;
+    task.mirror = below.mirror;
+    task.poses = below.poses;
+    task.side_targets.resize(0, task.plan.frames);
+    task.below = &trial.basis;
+    task.below_numbers = &trial.coded.numbers;
+    task.below_sides = below.shape.side_channels();
+    task.below_values = values_of(below, trial);
+    task.motion.presence = below.motion.presence;
+    task.motion.present = below.motion.present;
+    task.motion.values = below.motion.values - task.below_values;
+    if (below.below) task.below_values += below.below_values;
+
+    const Eigen::Index shared = Eigen::Index(trial.basis.size());
+    const Eigen::VectorXf mean = task.motion.values.rowwise().mean();
+    Eigen::MatrixXf rest = task.motion.values.colwise() - mean;
+    Eigen::MatrixXf frame(rest.rows(), shared);
+    Eigen::MatrixXd along(shared, rest.cols());
+    if (shared > 0) {
+        const Eigen::HouseholderQR<Eigen::MatrixXf> qr(coding::components_of(trial.basis));
+        frame = qr.householderQ() * Eigen::MatrixXf::Identity(rest.rows(), shared);
+        const Eigen::MatrixXf product = frame.transpose() * rest;
+        rest.noalias() -= frame * product;
+        along = product.cast<double>();
+    }
+    const MotionComponents own = find_components(rest, 0.01 * allowed, 320);
+    MotionComponents& all = task.components;
+    all.mean = mean + own.mean;
+    all.left_out = own.left_out;
+    all.vectors.resize(rest.rows(), shared + own.vectors.cols());
+    all.vectors << frame, own.vectors;
+    all.coefficients.resize(shared + own.coefficients.rows(), rest.cols());
+    all.coefficients << along, own.coefficients;
+    return task;
+}
+
+void account(EncodedMotion::Bits& bits, const MotionTrial& trial, int sides) {
+    const CodedGroups& coded = trial.coded;
+    bits.probabilities += 8.0 * double(trial.stored.probabilities);
+    bits.basis += 8.0 * double(trial.stored.bytes.size() - trial.stored.probabilities);
+    const double side_bits = coded.bits.head(sides).sum() + coded.presence_bits;
+    const double all_bits = coded.bits.sum() + coded.presence_bits + coded.correction_bits;
+    const double object_bits = 8.0 * double(coded.bytes);
+    const double pose = all_bits > 0 ? side_bits / all_bits * object_bits : 0;
+    bits.pose += pose;
+    bits.coefficients += object_bits - pose;
 }
 
 }  // namespace
@@ -133,6 +206,9 @@ Result<EncodedMotion> encode_motion(const Clip& clip, const MotionOptions& optio
         if (progress) progress(what, 0, 0);
     };
     MIEN_TRY(goal, goal_of(options));
+    if (options.rungs < 1 || options.rungs > MotionOptions::kMaxRungs) return Error{ErrorCode::invalid, "a motion track has 1 to 8 rungs"};
+    if (options.rungs > 1 && (options.kbps || options.preset == MotionPreset::guenter98))
+        return Error{ErrorCode::invalid, "rungs are made for an error that is asked for, and not of the scheme of 1998"};
     MIEN_CHECK(check_motion(clip, options.kind));
     if (options.group_frames < 0) return Error{ErrorCode::invalid, "a group of less than no frames"};
     const MotionKind kind = options.kind;
@@ -183,12 +259,13 @@ Result<EncodedMotion> encode_motion(const Clip& clip, const MotionOptions& optio
 
     report("motion basis");
     std::optional<MotionTask> still;
-    if (nearly_still) settle(still.emplace(task), clip, goal, reference, around, {});
-    settle(task, clip, goal, reference, around, std::move(poses));
-    MIEN_TRY(best, meet(goal, clip, task, reference, progress));
+    if (nearly_still) settle(still.emplace(task), clip, goal, reference, around, {}, options.rungs);
+    settle(task, clip, goal, reference, around, std::move(poses), options.rungs);
+    const MotionGoal first = options.rungs == 1 ? goal : MotionGoal{.rms = goal.guess() * double(1 << (options.rungs - 1)), .kind = kind};
+    MIEN_TRY(best, meet(first, clip, task, reference, progress));
     if (still) {
-        auto answer = meet(goal, clip, *still, reference, progress);
-        if (answer.ok() && better(goal, *answer, best)) {
+        auto answer = meet(first, clip, *still, reference, progress);
+        if (answer.ok() && better(first, *answer, best)) {
             best = std::move(*answer);
             task = std::move(*still);
         }
@@ -199,14 +276,24 @@ Result<EncodedMotion> encode_motion(const Clip& clip, const MotionOptions& optio
                 .has_presence = task.shape.presence};
     out.rms = best.errors.rms;
     out.peak = best.errors.peak;
-    out.bits.probabilities = 8.0 * double(best.trial.stored.probabilities);
-    out.bits.basis = 8.0 * double(best.trial.stored.bytes.size()) - out.bits.probabilities;
-    const int sides = task.shape.side_channels();
-    const double side_bits = best.trial.coded.bits.head(sides).sum() + best.trial.coded.presence_bits;
-    const double all_bits = best.trial.coded.bits.sum() + best.trial.coded.presence_bits;
-    const double object_bits = 8.0 * double(best.trial.coded.bytes);
-    out.bits.pose = all_bits > 0 ? side_bits / all_bits * object_bits : 0;
-    out.bits.coefficients = object_bits - out.bits.pose;
+    account(out.bits, best.trial, task.shape.side_channels());
+
+    const double allowed = goal.guess() * goal.guess() * double(std::max<std::int64_t>(1, task.motion.present));
+    std::vector<std::unique_ptr<MotionTask>> tasks;
+    std::vector<std::unique_ptr<MotionAnswer>> answers;   // both stay where they are: what follows refers to them
+    for (int r = 1; r < options.rungs; ++r) {
+        const MotionTask& below = tasks.empty() ? task : *tasks.back();
+        tasks.push_back(std::make_unique<MotionTask>(refinement_of(below, answers.empty() ? best : *answers.back(), allowed)));
+        const bool highest = r + 1 == options.rungs;
+        const MotionGoal next = highest ? goal : MotionGoal{.rms = goal.guess() * double(1 << (options.rungs - 1 - r)), .kind = kind};
+        MIEN_TRY(answer, meet(next, clip, *tasks.back(), reference, progress));
+        answers.push_back(std::make_unique<MotionAnswer>(std::move(answer)));
+        const MotionTrial& trial = answers.back()->trial;
+        account(out.bits, trial, 0);
+        out.refinements.push_back({trial.stored.bytes, trial.coded.groups, trial.coded.state_hashes, answers.back()->errors.rms, answers.back()->errors.peak});
+        out.rms = answers.back()->errors.rms;
+        out.peak = answers.back()->errors.peak;
+    }
     out.basis = std::move(best.trial.stored.bytes);
     out.groups = std::move(best.trial.coded.groups);
     out.state_hashes = std::move(best.trial.coded.state_hashes);

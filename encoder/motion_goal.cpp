@@ -5,6 +5,7 @@
 
 #include "coding/motion_values.hpp"
 #include "core/parallel.hpp"
+#include "encoder/motion_peaks.hpp"
 
 namespace mien::encoder {
 namespace {
@@ -16,10 +17,13 @@ using protocol::MotionKind;
 MotionErrors measure(const Clip& clip, MotionKind kind, const MotionTask& task, const MotionTrial& trial, PointsRef reference) {
     const Eigen::VectorXf mean = coding::mean_of(trial.basis);
     const Eigen::MatrixXf columns = coding::components_of(trial.basis);
+    const auto corrections = held_corrections(trial.basis, task.plan, task.shape.coordinates, trial.changes);
     std::vector<double> squared(std::size_t(task.plan.frames), 0), peaks(squared), counts(squared);
     parallel_for(task.plan.frames, [&](std::int64_t f) {
         const Eigen::VectorXf w = (trial.coded.samples.col(f).tail(columns.cols()) * MotionBasis::kFraction).cast<float>();
         Eigen::VectorXf x = mean + columns * w;
+        if (task.below) x += task.below_values.col(f);
+        for (const model::Correction& correction : corrections[std::size_t(f)]) x[correction.at] += correction.offset;
         double& sum = squared[std::size_t(f)];
         double& peak = peaks[std::size_t(f)];
         if (kind == MotionKind::weights) {
@@ -31,12 +35,7 @@ MotionErrors measure(const Clip& clip, MotionKind kind, const MotionTask& task, 
         }
         PointsMap points(x.data(), reference.rows(), 3);
         points += reference;
-        if (task.shape.pose) {
-            std::array<std::int64_t, 6> steps{};
-            for (int i = 0; i < 6; ++i)
-                steps[std::size_t(i)] = std::llround(trial.coded.samples(i, f) * MotionBasis::kFraction);
-            apply_pose(coding::pose_of(trial.basis, steps), points);
-        }
+        if (!task.poses.empty()) apply_pose(task.poses[std::size_t(f)], points);
         const auto truth = kind == MotionKind::vertices ? clip.vertices->frame(f) : clip.markers->frame(f);
         for (Eigen::Index p = 0; p < points.rows(); ++p) {
             if (std::isnan(truth(p, 0))) continue;
@@ -60,66 +59,111 @@ MotionErrors measure(const Clip& clip, MotionKind kind, const MotionTask& task, 
 }  // namespace
 
 Result<MotionGoal> goal_of(const MotionOptions& options) {
-    const int set = int(options.rms.has_value()) + int(options.peak.has_value()) + int(options.kbps.has_value());
-    if (set != 1) return Error{ErrorCode::invalid, "exactly one of RMS error, peak error and bitrate can be asked for"};
-    const double value = options.rms ? *options.rms : options.peak ? *options.peak : *options.kbps;
-    if (!(value > 0) || !std::isfinite(value)) return Error{ErrorCode::invalid, "the asked error or bitrate is not a positive number"};
-    const auto what = options.rms ? MotionGoal::What::rms : options.peak ? MotionGoal::What::peak : MotionGoal::What::kbps;
-    return MotionGoal{what, value, options.kind};
+    if (options.kbps.has_value() == (options.rms || options.peak))
+        return Error{ErrorCode::invalid, "an error (RMS, peak or both) or a bitrate has to be asked for"};
+    for (const auto& value : {options.rms, options.peak, options.kbps})
+        if (value && (!(*value > 0) || !std::isfinite(*value)))
+            return Error{ErrorCode::invalid, "the asked error or bitrate is not a positive number"};
+    MotionGoal goal{options.rms, options.peak, options.kbps, options.kind};
+    if (goal.rms && !goal.peak && options.preset != MotionPreset::guenter98) goal.peak = MotionOptions::kUsualPeak * *goal.rms;
+    return goal;
 }
 
 bool better(const MotionGoal& goal, const MotionAnswer& a, const MotionAnswer& b) {
-    return goal.what == MotionGoal::What::kbps ? a.errors.rms < b.errors.rms : a.trial.bits() < b.trial.bits();
+    return goal.kbps ? a.errors.rms < b.errors.rms : a.trial.bits() < b.trial.bits();
 }
 
-Result<MotionAnswer> meet(const MotionGoal& goal, const Clip& clip, const MotionTask& task, PointsRef reference,
-                          const Progress& progress) {
-    MotionSearch search(task);
-    const double seconds = double(task.plan.frames) / clip.frame_rate.value();
-    const auto figure = [&](const MotionTrial& trial, const MotionErrors& measured) {
-        switch (goal.what) {
-            case MotionGoal::What::rms: return measured.rms;
-            case MotionGoal::What::peak: return measured.peak;
-            case MotionGoal::What::kbps: return trial.bits() / seconds / 1000;
-        }
-        return 0.0;
+namespace {
+
+/// One search for the step of a task.
+class StepSearch {
+public:
+    StepSearch(const MotionGoal& goal, const Clip& clip, const MotionTask& task, PointsRef reference, const Progress& progress)
+        : goal_(goal), clip_(clip), task_(task), reference_(reference), progress_(progress), search_(task),
+          seconds_(double(task.plan.frames) / clip.frame_rate.value()) {
+        const auto components = double(std::clamp<Eigen::Index>(task.components.vectors.cols(), 4, 24));
+        step_ = goal.guess() * std::sqrt(12.0 * double(task.shape.points) / components);
+    }
+
+    Result<MotionAnswer> run() {
+        if (goal_.rms || goal_.kbps) meet();
+        if (goal_.peak) refine();
+        if (!best_) return unmet();
+        if (progress_) progress_("motion", kTrials, kTrials);
+        return std::move(*best_);
+    }
+
+private:
+    static constexpr int kTrials = 24, kLooseTrials = 6;
+
+    // Keeps the trial when it is the best that meets the goal; returns its RMS error or rate.
+    struct Outcome {
+        double figure = 0, bits = 0;
+        bool meets = false, improves = false;
     };
+    Outcome attempt(double step) {
+        if (progress_) progress_("motion", std::min(trials_, kTrials - 1), kTrials);
+        ++trials_;
+        MotionTrial trial = search_.run(step);
+        if (goal_.peak) search_.correct(trial, *goal_.peak);
+        MotionErrors errors = measure(clip_, goal_.kind, task_, trial, reference_);
+        Outcome out;
+        out.bits = trial.bits();
+        out.figure = goal_.kbps ? out.bits / seconds_ / 1000 : errors.rms;
+        out.meets = (!goal_.rms || errors.rms <= *goal_.rms) && (!goal_.peak || errors.peak <= *goal_.peak) &&
+                    (!goal_.kbps || out.figure <= *goal_.kbps);
+        MotionAnswer answer{std::move(trial), errors};
+        out.improves = out.meets && (!best_ || better(goal_, answer, *best_));
+        if (out.improves) {
+            best_ = std::move(answer);
+            best_figure_ = out.figure;
+        }
+        return out;
+    }
+
+    void meet();
+    void refine();
+    Error unmet() const;
+
+    const MotionGoal& goal_;
+    const Clip& clip_;
+    const MotionTask& task_;
+    PointsRef reference_;
+    const Progress& progress_;
+    MotionSearch search_;
+    double seconds_, step_ = 1;
+    int trials_ = 0;
+    std::optional<MotionAnswer> best_;
+    double best_figure_ = 0;
+};
+
+// The largest step that keeps the asked RMS error, or the smallest at the asked rate.
+void StepSearch::meet() {
+    const double value = goal_.rms ? *goal_.rms : *goal_.kbps;
     // Bits fall and errors grow with the step.
-    const double direction = goal.what == MotionGoal::What::kbps ? -1 : 1;
-    const auto components = double(std::clamp<Eigen::Index>(task.components.vectors.cols(), 4, 24));
-    double step = goal.guess() * std::sqrt(12.0 * double(task.shape.points) / components);
-    std::optional<MotionAnswer> best;
-    double best_figure = 0, low = 0, high = 0, low_figure = 0, high_figure = 0;
-    constexpr int kTrials = 24, kLooseTrials = 6;
+    const double direction = goal_.kbps ? -1 : 1;
+    double step = step_, low = 0, high = 0, low_figure = 0, high_figure = 0;
     bool settled = false;
     for (int trial_number = 0; trial_number < kTrials; ++trial_number) {
-        if (progress) progress("motion", trial_number, kTrials);
-        MotionTrial trial = search.run(step);
-        const MotionErrors measured = measure(clip, goal.kind, task, trial, reference);
-        const double got = figure(trial, measured);
-        const bool meets = got <= goal.value;
-        MotionAnswer answer{std::move(trial), measured};
-        if (meets && (!best || better(goal, answer, *best))) {
-            best = std::move(answer);
-            best_figure = got;
-        }
+        const double got = attempt(step).figure;
+        const bool meets = got <= value;
         const bool too_fine = direction > 0 ? meets : !meets;   // a larger step is allowed or needed
         if (too_fine) low = step, low_figure = got;
         else high = step, high_figure = got;
-        if (best && best_figure > 0.996 * goal.value) break;
-        if (!settled && (std::abs(std::log(std::max(1e-9, got) / goal.value)) < 0.06 || trial_number + 1 == kLooseTrials)) {
+        if (best_ && best_figure_ > 0.996 * value) break;
+        if (!settled && (std::abs(std::log(std::max(1e-9, got) / value)) < 0.06 || trial_number + 1 == kLooseTrials)) {
             // How many components pay changes by leaps: near the goal their number stays and the search begins anew.
-            search.settle();
+            search_.settle();
             settled = true;
             low = high = 0;
             (too_fine ? low : high) = step;
             (too_fine ? low_figure : high_figure) = got;
         }
-        const double ratio = std::max(1e-6, got) / goal.value;
+        const double ratio = std::max(1e-6, got) / value;
         if (low > 0 && high > 0) {
             if (high / low < 1.0005) break;
             // Between the two on a log-log line, kept off the ends.
-            const double aim = std::log(goal.value * 0.9985);
+            const double aim = std::log(value * 0.9985);
             double t = 0.5;
             const double a = std::log(std::max(1e-9, low_figure)), b = std::log(std::max(1e-9, high_figure));
             if (std::abs(b - a) > 1e-6 && trial_number % 5 != 4) t = (aim - a) / (b - a);
@@ -130,15 +174,37 @@ Result<MotionAnswer> meet(const MotionGoal& goal, const Clip& clip, const Motion
         }
         if (step > 1e6 || step < 1e-9) break;
     }
-    if (!best) {
-        const bool rate = goal.what == MotionGoal::What::kbps;
-        const char* what = rate ? "bitrate" : goal.what == MotionGoal::What::rms ? "RMS error" : "peak error";
-        const char* unit = rate ? " kbit/s" : goal.kind == MotionKind::weights ? "" : " mm";
-        return Error{ErrorCode::invalid, std::string("the asked ") + what + " of " + std::to_string(goal.value) + unit +
-                                             " cannot be met: this motion needs more"};
+}
+
+// Corrections make any step keep the asked peak: a coarse one needs many of them, a fine one none. The cheapest step is looked for,
+// beginning with the one that keeps the RMS error, beyond which a larger one is of no use.
+void StepSearch::refine() {
+    constexpr double kLittle = 0.03;   // of all bits: fewer corrections than that cannot save much
+    if (best_ && 8 * best_->trial.correction_bytes < kLittle * best_->trial.bits()) return;
+    search_.settle(false);
+    if (best_) step_ = double(best_->trial.basis.step);
+    else attempt(step_);
+    double middle = step_;
+    for (double ratio : {1.5, 1.2}) {
+        bool moved = false;
+        if (!goal_.rms)
+            while (attempt(middle * ratio).improves) middle *= ratio, moved = true;
+        if (!moved)
+            while (attempt(middle / ratio).improves) middle /= ratio;
     }
-    if (progress) progress("motion", kTrials, kTrials);
-    return std::move(*best);
+}
+
+Error StepSearch::unmet() const {
+    const char* what = goal_.kbps ? "bitrate" : goal_.rms ? "RMS error" : "peak error";
+    const char* unit = goal_.kbps ? " kbit/s" : goal_.kind == MotionKind::weights ? "" : " mm";
+    const double value = goal_.kbps ? *goal_.kbps : goal_.rms ? *goal_.rms : *goal_.peak;
+    return Error{ErrorCode::invalid, std::string("the asked ") + what + " of " + std::to_string(value) + unit + " cannot be met: this motion needs more"};
+}
+
+}  // namespace
+
+Result<MotionAnswer> meet(const MotionGoal& goal, const Clip& clip, const MotionTask& task, PointsRef reference, const Progress& progress) {
+    return StepSearch(goal, clip, task, reference, progress).run();
 }
 
 }  // namespace mien::encoder

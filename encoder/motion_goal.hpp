@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "core/progress.hpp"
 #include "encoder/motion_encoder.hpp"
 #include "encoder/motion_search.hpp"
@@ -7,15 +9,13 @@
 /// What was asked of the motion, and the coding that just meets it.
 namespace mien::encoder {
 
+/// An RMS error, a peak error, or both; or a rate.
 struct MotionGoal {
-    enum class What { rms, peak, kbps } what = What::rms;
-    double value = 0.1;
+    std::optional<double> rms, peak, kbps;
     protocol::MotionKind kind = protocol::MotionKind::vertices;
 
     /// The RMS error to expect of it, in the motion's unit.
-    double guess() const {
-        return what == What::rms ? value : what == What::peak ? value / 5 : kind == protocol::MotionKind::weights ? 0.005 : 0.1;
-    }
+    double guess() const { return rms ? *rms : peak ? *peak / 5 : kind == protocol::MotionKind::weights ? 0.005 : 0.1; }
 };
 
 Result<MotionGoal> goal_of(const MotionOptions& options);

@@ -106,9 +106,13 @@ struct GroupTask {
         Metered coder;
         write_presence(coder, frames, first, n, bits);
         frames.begin_object(n);
+        set_below(frames, group, first);
+        coding::MotionCorrections corrections(basis, shape);
         for (int c = 0; c < frames.layout().total(); ++c) {
             int split = 0;
-            if (options.settled && (settled(c) || !options.choose_splits)) {
+            if (frames.layout().refines(c)) {
+                split = options.below->splits[std::size_t(options.below_sides + c)][std::size_t(group)];
+            } else if (options.settled && (settled(c) || !options.choose_splits)) {
                 split = options.settled->splits[std::size_t(c)][std::size_t(group)];
             } else {
                 const MotionFrames::Learnt before = frames.learnt();
@@ -129,6 +133,7 @@ struct GroupTask {
             for (std::uint32_t f = 0; f < n; ++f)
                 out.samples(c, first + f) = double(frames.sample(c, f, n)) / MotionBasis::kFraction;
         }
+        write_corrections(coder, corrections, first, n, bits);
         store_object(group, first, n, coder);
     }
 
@@ -158,6 +163,7 @@ struct GroupTask {
         const std::uint32_t n = std::uint32_t(plan.length(group));
         const bool single = basis.scheme == MotionScheme::causal;
         Metered coder;
+        coding::MotionCorrections corrections(basis, shape);
         if (!single) write_presence(coder, frames, first, n, bits);
         if (!single) frames.begin_object(n);
         for (std::uint32_t f = 0; f < n; ++f) {
@@ -167,6 +173,7 @@ struct GroupTask {
                 coder = Metered();
                 write_presence(coder, frames, at, 1, bits);
                 frames.begin_object(1);
+                set_below(frames, group, at);
                 if (options.whole_bytes) lambda = best_lambda(frames, coder, at);
             }
             int last = -1;
@@ -197,8 +204,10 @@ struct GroupTask {
             frames.store_frame(single ? 0 : f, single ? 1 : n);
             for (int c = 0; c < frames.layout().total(); ++c)
                 out.samples(c, at) = double(frames.sample(c, single ? 0 : f, single ? 1 : n)) / MotionBasis::kFraction;
+            if (single) write_corrections(coder, corrections, at, 1, bits);
             if (single) store_object(group, at, 1, coder);
         }
+        if (!single) write_corrections(coder, corrections, first, n, bits);
         if (!single) store_object(group, first, n, coder);
     }
 
@@ -207,6 +216,26 @@ struct GroupTask {
         if (!shape.presence) return;
         std::vector<std::uint8_t> here(presence.begin() + first * shape.points, presence.begin() + (first + n) * shape.points);
         frames.code_presence(coder, n, here);
+        bits[bits.size() - 2] += coder.take_bits();
+    }
+
+    void set_below(MotionFrames& frames, std::int64_t group, std::int64_t first) const {
+        if (!options.below) return;
+        MotionFrames::Below below;
+        for (std::size_t c = std::size_t(options.below_sides); c < options.below->numbers.size(); ++c) {
+            below.numbers.push_back(options.below->numbers[c].data() + first);
+            below.splits.push_back(options.below->splits[c][std::size_t(group)]);
+        }
+        frames.set_below(std::move(below));
+    }
+
+    void write_corrections(Metered& coder, coding::MotionCorrections& corrections, std::int64_t first, std::uint32_t n,
+                           std::vector<double>& bits) const {
+        if (basis.corrected.empty()) return;
+        for (std::uint32_t f = 0; f < n; ++f) {
+            auto changes = (*options.corrections)[std::size_t(first + f)];
+            corrections.code(coder, changes);
+        }
         bits.back() += coder.take_bits();
     }
 
@@ -249,14 +278,15 @@ CodedGroups code_groups(const MotionBasis& basis, const coding::MotionShape& sha
     constexpr std::size_t kBatch = 32;
     for (std::size_t begin = 0; begin < groups; begin += kBatch) {
         const std::size_t n = std::min(kBatch, groups - begin);
-        std::vector<std::vector<double>> bits(n, std::vector<double>(channels + 1, 0.0));
+        std::vector<std::vector<double>> bits(n, std::vector<double>(channels + 2, 0.0));
         std::vector<GroupTask::Training> training(options.train ? n : 0);
         parallel_for(std::int64_t(n), [&](std::int64_t i) {
             task.run(std::int64_t(begin) + i, bits[std::size_t(i)], options.train ? &training[std::size_t(i)] : nullptr);
         });
         for (const auto& here : bits) {
             for (std::size_t c = 0; c < channels; ++c) out.bits[Eigen::Index(c)] += here[c];
-            out.presence_bits += here.back();
+            out.presence_bits += here[channels];
+            out.correction_bits += here[channels + 1];
         }
         for (const auto& here : training) {
             out.seen.resize(here.seen.size(), 0);

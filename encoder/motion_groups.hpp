@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "coding/motion_basis.hpp"
+#include "coding/motion_corrections.hpp"
 #include "protocol/stream.hpp"
 
 namespace mien::encoder {
@@ -34,6 +35,7 @@ struct CodedGroups {
     SettledNumbers numbers;                          ///< of all channels
     Eigen::VectorXd bits;                            ///< ideal code length per channel
     double presence_bits = 0;
+    double correction_bits = 0;
     std::uint64_t bytes = 0;                         ///< of all objects
     std::vector<std::uint32_t> seen;                 ///< zeros and ones per chance: for training a start
     std::vector<std::int64_t> weights;               ///< mixer weights at the groups' ends, added up
@@ -47,6 +49,11 @@ struct GroupOptions {
     /// Channels below `settled_channels` are coded as `settled` has them.
     const SettledNumbers* settled = nullptr;
     int settled_channels = 0;
+    /// Of the rung below, whose channels from `below_sides` on this one's first refine; null: none.
+    const SettledNumbers* below = nullptr;
+    int below_sides = 0;
+    /// Changes of the corrections, one list per frame; null: none.
+    const std::vector<std::vector<coding::MotionCorrections::Change>>* corrections = nullptr;
 };
 
 /// Codes targets (channels x F, in steps) group by group, in parallel. presence: F x N or empty.

@@ -8,6 +8,7 @@
 #include "coding/motion_values.hpp"
 #include "coding/static_code.hpp"
 #include "coding/vector_quantiser.hpp"
+#include "encoder/motion_peaks.hpp"
 
 namespace mien::encoder {
 namespace {
@@ -41,8 +42,12 @@ std::vector<std::uint32_t> nearest_parents(const MotionComponents& c, std::uint3
 }  // namespace
 
 MotionSearch::MotionSearch(const MotionTask& task)
-    : task_(task), most_components_(task.components.vectors.cols()), block_(64) {
-    if (task.scheme == MotionScheme::guenter98) {
+    : task_(task), most_components_(task.components.vectors.cols()), shared_(task.below ? Eigen::Index(task.below->size()) : 0),
+      block_(task.below ? task.below->block : 64) {
+    if (task.below) {
+        parents_ = task.below->parents;
+        order_ = basis_order(*task.below, task.shape, task.triangles, task.mirror);
+    } else if (task.scheme == MotionScheme::guenter98) {
         order_ = coding::plain_order(task.shape.points);
     } else if (!task.triangles.empty()) {
         order_ = coding::mesh_order(task.shape.points, task.triangles, task.mirror);
@@ -66,14 +71,24 @@ void MotionSearch::quantise_basis(MotionTrial& trial, double step, double lambda
     basis.level_steps = basis.across_mesh ? kLevelSteps : MotionBasis::kEvenSteps;
     // A squared unit costs frames * unit^2 of squared error over the clip.
     const double per_bit = lambda / (frames * unit * unit);
+    if (task_.below) {
+        MotionBasis common = refining(*task_.below);
+        basis.refines = true;
+        basis.shared = common.shared;
+        basis.components = std::move(common.components);
+        basis.across_mesh = common.across_mesh;
+        basis.mirrored = common.mirrored;
+        basis.level_steps = common.level_steps;
+    }
     coding::VectorQuantiser quantiser(task_.shape, order_, basis.level_steps);
+    quantiser.learn(basis.components);
     std::vector<double> values(std::size_t(task_.shape.dimension()));
     for (Eigen::Index i = 0; i < Eigen::Index(values.size()); ++i) values[std::size_t(i)] = c.mean[i] / double(basis.mean_step);
     basis.mean = quantiser.quantise(values, per_bit, kRounds);
-    vector_bits.assign(1, quantiser.bits());
+    vector_bits.assign(std::size_t(shared_) + 1, quantiser.bits());
     // More than twice what paid at a step not much larger will not pay now.
     const Eigen::Index most = kept_at_ > 0 && step > 0.6 * kept_at_ ? std::min(most_components_, 2 * kept_ + 8) : most_components_;
-    for (Eigen::Index j = 0; j < most; ++j) {
+    for (Eigen::Index j = shared_; j < most; ++j) {
         const double size = std::sqrt(c.coefficients.row(j).squaredNorm() / frames) / unit;
         for (Eigen::Index i = 0; i < Eigen::Index(values.size()); ++i) values[std::size_t(i)] = c.vectors(i, j) * size;
         std::vector<std::int32_t> vector = quantiser.quantise(values, per_bit, kRounds);
@@ -113,7 +128,7 @@ MotionTrial MotionSearch::run(double step) {
 
     const int sides = task_.shape.side_channels();
     GroupOptions options{.lambda = slope_, .choose_splits = true, .train = true, .settled = &task_.side_numbers,
-                         .settled_channels = sides};
+                         .settled_channels = sides, .below = task_.below_numbers, .below_sides = task_.below_sides};
     const double coefficient_energy = task_.components.coefficients.squaredNorm();
     const int passes = start_.chances.empty() ? 3 : 2;
     for (int pass = 0; pass < passes; ++pass) {
@@ -137,7 +152,8 @@ MotionTrial MotionSearch::run(double step) {
         // Keep the components that are worth their bits; what follows the best cut is not.
         Eigen::Index keep = 0;
         double sum = 0, best = 0;
-        for (Eigen::Index j = 0; j < gain.size(); ++j) {
+        keep = std::min(shared_, gain.size());
+        for (Eigen::Index j = shared_; j < gain.size(); ++j) {
             const double bits = vector_bits[std::size_t(j + 1)] - vector_bits[std::size_t(j)] + trial.coded.bits[sides + j];
             sum += gain[j] - lambda * bits;
             if (sum > best) best = sum, keep = j + 1;
@@ -163,6 +179,24 @@ MotionTrial MotionSearch::run(double step) {
     }
     trial.stored = write_motion_basis(trial.basis, task_.shape, order_);
     return trial;
+}
+
+void MotionSearch::correct(MotionTrial& trial, double peak) const {
+    CorrectionPlan plan = plan_corrections(task_.motion, trial.basis, trial.coded, task_.plan, task_.shape.coordinates, peak,
+                                           task_.scheme != MotionScheme::causal);
+    if (plan.points.empty()) return;
+    const double before = trial.bits();
+    trial.basis.corrected = std::move(plan.points);
+    trial.basis.correction_step = float(plan.step);
+    trial.changes = std::move(plan.changes);
+    const SettledNumbers numbers = std::move(trial.coded.numbers);
+    const GroupOptions options{.lambda = 0, .choose_splits = false, .settled = &numbers,
+                               .settled_channels = trial.basis.channels(task_.shape), .below = task_.below_numbers,
+                               .below_sides = task_.below_sides, .corrections = &trial.changes};
+    trial.coded = code_groups(trial.basis, task_.shape, task_.plan,
+                              Eigen::MatrixXd::Zero(trial.basis.channels(task_.shape), task_.plan.frames), task_.presence, options);
+    trial.stored = write_motion_basis(trial.basis, task_.shape, order_);
+    trial.correction_bytes = (trial.bits() - before) / 8;
 }
 
 MotionTrial MotionSearch::guenter(double step) {

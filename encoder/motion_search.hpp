@@ -6,6 +6,7 @@
 #include "core/mesh.hpp"
 #include "encoder/motion_components.hpp"
 #include "encoder/motion_groups.hpp"
+#include "encoder/motion_matrix.hpp"
 
 namespace mien::encoder {
 
@@ -17,6 +18,14 @@ struct MotionTask {
     MotionComponents components;            ///< of the motion vectors
     GroupPlan plan;
     std::vector<std::uint8_t> presence;
+    MotionMatrix motion;                    ///< what the components are of, when a peak is asked for or rungs follow
+    std::vector<RigidPose> poses;           ///< as decoded, one per frame; empty: none
+    /// Of a rung that refines another: that one's basis and numbers, how many of its channels are pose and gaze, and all that the
+    /// rungs below say, d x F.
+    const coding::MotionBasis* below = nullptr;
+    const SettledNumbers* below_numbers = nullptr;
+    int below_sides = 0;
+    Eigen::MatrixXf below_values;
     Eigen::MatrixXd side_targets;           ///< side channels x F, in steps
     SettledNumbers side_numbers;            ///< as they are coded, whatever the step
     std::span<const Triangle> triangles;    ///< of the neutral mesh, for vertex motion; empty: none
@@ -28,6 +37,8 @@ struct MotionTrial {
     coding::MotionBasis basis;
     coding::BasisBytes stored;
     CodedGroups coded;
+    std::vector<std::vector<coding::MotionCorrections::Change>> changes;   ///< per frame; empty: nothing is corrected
+    double correction_bytes = 0;            ///< what correct() has added
     double squared_error = 0;               ///< of the motion vectors, all frames together
     double bits() const { return 8.0 * double(stored.bytes.size() + coded.bytes); }
 };
@@ -41,8 +52,11 @@ public:
     /// One trial with coefficients in steps of `step`.
     MotionTrial run(double step);
 
+    /// Adds to a trial the corrections that hold every error within `peak`.
+    void correct(MotionTrial& trial, double peak) const;
+
     /// From now on as many components are kept as in the last trial, so that errors and bits follow the step smoothly.
-    void settle() { settled_ = true; }
+    void settle(bool settled = true) { settled_ = settled; }
 
 private:
     MotionTrial guenter(double step);
@@ -56,6 +70,7 @@ private:
     std::vector<std::uint32_t> parents_;
     coding::MotionStart start_;
     Eigen::Index most_components_;
+    Eigen::Index shared_;       ///< components of the rung below
     int block_;
     Eigen::Index kept_ = 0;     ///< components kept ...
     double kept_at_ = 0;        ///< ... at this step

@@ -28,15 +28,19 @@ public:
         seconds_ = double(clip.frame_count()) / clip.frame_rate.value();
     }
 
-    /// The track gets the next free slot, and its groups with it.
-    void add(Track track, Rung rung, std::vector<protocol::Group> groups) {
-        rung.slot = std::uint8_t(out_.header.tracks.size());
+    /// The rung gets the next free slot, and its groups with it.
+    void add(Track& track, Rung rung, std::vector<protocol::Group> groups) {
+        rung.slot = next_slot_++;
         rung.bits_per_second = average_bits(groups, seconds_);
         for (auto& group : groups) {
             group.slot = rung.slot;
             out_.groups.push_back(std::move(group));
         }
         track.rungs.push_back(std::move(rung));
+    }
+    /// A track of one rung.
+    void add(Track&& track, Rung rung, std::vector<protocol::Group> groups) {
+        add(track, std::move(rung), std::move(groups));
         out_.header.tracks.push_back(std::move(track));
     }
 
@@ -53,6 +57,7 @@ private:
     const Clip& clip_;
     EncodedStream out_;
     double seconds_ = 0;
+    std::uint8_t next_slot_ = 0;
 };
 
 }  // namespace
@@ -75,7 +80,7 @@ Result<EncodedStream> encode_stream(const Clip& clip, const StreamOptions& optio
     model_options.kind = options.motion.kind;
     model_options.albedo = video ? Albedo::video : options.texture ? Albedo::picture : Albedo::none;
     if (options.motion.kind == MotionKind::vertices && options.motion.rms) model_options.step = shape_step(*options.motion.rms);
-    if (options.motion.kind == MotionKind::vertices && options.motion.peak) model_options.step = shape_step(*options.motion.peak / 5);
+    else if (options.motion.kind == MotionKind::vertices && options.motion.peak) model_options.step = shape_step(*options.motion.peak / 5);
     if (progress) progress("face model", 0, 0);
     if (options.model && (options.motion.kind != MotionKind::markers || !model::driving_markers(options.model->model)))
         return Error{ErrorCode::mismatch, "a trained model is driven by markers, so it goes with marker motion alone"};
@@ -108,7 +113,18 @@ Result<EncodedStream> encode_stream(const Clip& clip, const StreamOptions& optio
     Rung motion_rung;
     motion_rung.codec = "motion";
     motion_rung.basis = basis;
-    stream.add(std::move(motion_track), std::move(motion_rung), std::move(motion.groups));
+    stream.add(motion_track, std::move(motion_rung), std::move(motion.groups));
+    for (encoder::MotionRefinement& refinement : motion.refinements) {
+        const Hash finer = sha256(refinement.basis);
+        out.blobs.push_back({finer, protocol::BlobKind::motion_basis, std::move(refinement.basis)});
+        Rung rung;
+        rung.codec = "motion";
+        rung.basis = finer;
+        rung.refines = motion_track.rungs.back().slot;
+        rung.priority = std::uint8_t(2 + motion_track.rungs.size());   // dropped before texture and sound
+        stream.add(motion_track, std::move(rung), std::move(refinement.groups));
+    }
+    out.header.tracks.push_back(std::move(motion_track));
 
     if (video) {
         TextureOptions texture_options = *options.texture;

@@ -1,6 +1,7 @@
 #include "model/face_model.hpp"
 
 #include <cassert>
+#include <cmath>
 
 namespace mien::model {
 namespace {
@@ -38,6 +39,44 @@ Eigen::MatrixXf blendshape_rows(const BlendshapeBase& base, Eigen::Index rows, c
     return targets * weights;
 }
 
+/// What an entry of the motion vector adds to the offsets of the vertices: 3V x 3M.
+Eigen::SparseMatrix<float> blend_spread(const BlendBase& base) {
+    const Eigen::Index V = Eigen::Index(base.row_start.size()) - 1;
+    std::vector<Eigen::Triplet<float>> entries;
+    entries.reserve(3 * base.terms.size());
+    for (Eigen::Index j = 0; j < V; ++j)
+        for (std::uint32_t i = base.row_start[j]; i < base.row_start[j + 1]; ++i)
+            for (int c = 0; c < 3; ++c) entries.emplace_back(3 * j + c, 3 * Eigen::Index(base.terms[i].marker) + c, base.terms[i].weight);
+    Eigen::SparseMatrix<float> spread(3 * V, base.markers.size());
+    spread.setFromTriplets(entries.begin(), entries.end());
+    return spread;
+}
+
+/// The same through a response, less what moves a point by under a thousandth of its marker's correction.
+Eigen::SparseMatrix<float> shell_spread(const ShellBase& base) {
+    std::vector<Eigen::Triplet<float>> entries;
+    for (Eigen::Index marker = 0; marker < base.response.cols(); ++marker)
+        for (Eigen::Index j = 0; j < base.response.rows(); ++j)
+            if (std::abs(base.response(j, marker)) > 1e-3f)
+                for (int c = 0; c < 3; ++c) entries.emplace_back(3 * j + c, 3 * marker + c, base.response(j, marker));
+    Eigen::SparseMatrix<float> spread(3 * base.response.rows(), 3 * base.response.cols());
+    spread.setFromTriplets(entries.begin(), entries.end());
+    return spread;
+}
+
+/// The same for weights: 3V x n_b; nothing moves without a rig.
+Eigen::SparseMatrix<float> blendshape_spread(const BlendshapeBase& base, Eigen::Index rows, Eigen::Index weights) {
+    Eigen::SparseMatrix<float> spread(rows, weights);
+    std::vector<Eigen::Triplet<float>> entries;
+    for (std::size_t i = 0; i < base.targets.size(); ++i) {
+        const float* offsets = base.targets[i].offsets.data();
+        for (Eigen::Index row = 0; row < rows; ++row)
+            if (offsets[row] != 0) entries.emplace_back(row, Eigen::Index(i), offsets[row]);
+    }
+    spread.setFromTriplets(entries.begin(), entries.end());
+    return spread;
+}
+
 void turn_eye(const Eyeball& eye, float yaw, float pitch, Points& points) {
     // Yaw > 0 looks to +x, pitch > 0 looks up; +z is straight ahead.
     const Eigen::Matrix3f turn = (Eigen::AngleAxisf(yaw, Vec3::UnitY()) * Eigen::AngleAxisf(-pitch, Vec3::UnitX())).toRotationMatrix();
@@ -71,24 +110,32 @@ const std::vector<Site>* driving_sites(const FaceModel& model) {
 
 LinearMotion compose(const FaceModel& model, const LinearMotion& motion) {
     const auto through = [&](const auto& rows) {
-        return LinearMotion{rows(Eigen::MatrixXf(motion.mean)), rows(motion.components)};
+        return LinearMotion{rows(Eigen::MatrixXf(motion.mean)), rows(motion.components), motion.corrected, {}};
     };
     if (const auto* blend = std::get_if<BlendBase>(&model.base)) {
         assert(motion.dimension() == 3 * blend->markers.rows());
-        return through([&](const Eigen::MatrixXf& m) { return blend_rows(*blend, m); });
+        LinearMotion composed = through([&](const Eigen::MatrixXf& m) { return blend_rows(*blend, m); });
+        if (motion.corrected) composed.spread = blend_spread(*blend);
+        return composed;
+    }
+    if (const auto* shapes = std::get_if<BlendshapeBase>(&model.base)) {
+        const Eigen::Index rows = model.neutral.positions.size();
+        LinearMotion composed = through([&](const Eigen::MatrixXf& m) { return blendshape_rows(*shapes, rows, m); });
+        if (motion.corrected) composed.spread = blendshape_spread(*shapes, rows, motion.dimension());
+        return composed;
     }
     if (const auto* shell = std::get_if<ShellBase>(&model.base)) {
         assert(motion.dimension() == 3 * shell->response.cols());
-        return through([&](const Eigen::MatrixXf& m) { return shell_rows(*shell, m); });
+        LinearMotion composed = through([&](const Eigen::MatrixXf& m) { return shell_rows(*shell, m); });
+        if (motion.corrected) composed.spread = shell_spread(*shell);
+        return composed;
     }
-    if (const auto* shapes = std::get_if<BlendshapeBase>(&model.base))
-        return through([&](const Eigen::MatrixXf& m) { return blendshape_rows(*shapes, model.neutral.positions.size(), m); });
     assert(motion.dimension() == 3 * model.point_count());
     return motion;
 }
 
 Points evaluate(const FaceModel& model, const LinearMotion& composed, const Motion& motion) {
-    const Eigen::VectorXf offsets = composed.mean + composed.components * motion.coefficients;
+    const Eigen::VectorXf offsets = motion_vector(composed, motion);
     Points points = neutral_points(model) + ConstPointsMap(offsets.data(), offsets.size() / 3, 3);
     if (model.detail) model.detail->add_medium(model.detail->parameters(points), points);
     for (int side = 0; side < 2; ++side)

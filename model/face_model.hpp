@@ -82,8 +82,8 @@ const std::vector<Site>* driving_sites(const FaceModel& model);
 /// Neutral positions of all drawn points, V x 3 mm.
 const Points& neutral_points(const FaceModel& model);
 
-/// The reference for the GPU: neutral + mean + components * w, the medium layer of its detail, eyes turned by gaze, lips held
-/// apart, then the head pose. V x 3 mm.
+/// The reference for the GPU: neutral + mean + components * w + corrections, the medium layer of its detail, eyes turned by
+/// gaze, lips held apart, then the head pose. V x 3 mm.
 Points evaluate(const FaceModel& model, const LinearMotion& composed, const Motion& motion);
 
 }  // namespace mien::model

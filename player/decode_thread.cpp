@@ -103,7 +103,8 @@ void DecodeThread::pull() {
     const std::uint8_t slot = arrival->group->slot;
     if (slot < bytes_.size())
         for (const protocol::Object& object : arrival->group->objects) bytes_[slot] += object.bytes.size();
-    if (slot == stream_.motion_slot || (stream_.texture && slot == stream_.texture_slot)) {
+    const auto& motion = stream_.motion_slots;
+    if (std::find(motion.begin(), motion.end(), slot) != motion.end() || (stream_.texture && slot == stream_.texture_slot)) {
         groups_.add(std::move(*arrival->group));
     } else if (stream_.sound && slot == stream_.sound_slot) {
         auto block = stream_.sound->decode(*arrival->group);

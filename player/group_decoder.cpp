@@ -1,5 +1,6 @@
 #include "player/group_decoder.hpp"
 
+#include <algorithm>
 #include <iterator>
 
 namespace mien::player {
@@ -20,7 +21,10 @@ void GroupDecoder::restart(std::int64_t first_frame) {
 
 void GroupDecoder::add(protocol::Group group) {
     Pending& pending = pending_[group.group];
-    (group.slot == stream_.motion_slot ? pending.motion : pending.texture) = std::move(group);
+    const auto& slots = stream_.motion_slots;
+    if (group.slot == slots.front()) pending.motion = std::move(group);
+    else if (std::find(slots.begin(), slots.end(), group.slot) != slots.end()) pending.refinements[group.slot] = std::move(group);
+    else pending.texture = std::move(group);
 }
 
 bool GroupDecoder::wants_group() const {
@@ -30,16 +34,22 @@ bool GroupDecoder::wants_group() const {
     return waiting < kWaitingGroups;
 }
 
-bool GroupDecoder::has_work() const {
-    if (open_) return true;
-    for (const auto& [number, group] : pending_)
-        if (complete(group)) return true;
-    return false;
+// Groups come in order of their numbers: what one lacks when a later one is whole (or none will come) will never be there, and it is
+// shown without the refinements that are missing.
+std::map<std::uint32_t, GroupDecoder::Pending>::const_iterator GroupDecoder::next_ready() const {
+    auto first = pending_.end();
+    for (auto group = pending_.begin(); group != pending_.end(); ++group) {
+        if (first == pending_.end() && usable(group->second)) first = group;
+        if (complete(group->second)) return first;
+    }
+    return finished_ ? first : pending_.end();
 }
 
+bool GroupDecoder::has_work() const { return open_ || next_ready() != pending_.end(); }
+
 void GroupDecoder::drop_incomplete() {
-    // Groups come in order of their numbers: one that lacks a part when a later one is whole will never be whole.
-    while (!pending_.empty() && !complete(pending_.begin()->second)) {
+    const auto ready = next_ready();
+    while (!pending_.empty() && pending_.cbegin() != ready) {
         pending_.erase(pending_.begin());
         ++damaged_;
     }
@@ -53,8 +63,15 @@ bool GroupDecoder::begin_group() {
     stream_.motion.begin_group();
     motions_.clear();
     std::int64_t frame = group.motion->first_time;
-    for (const protocol::Object& object : group.motion->objects) {
-        auto decoded = stream_.motion.decode(object, frame);
+    for (std::size_t i = 0; i < group.motion->objects.size(); ++i) {
+        const protocol::Object& object = group.motion->objects[i];
+        std::vector<const protocol::Object*> refinements;
+        for (std::size_t r = 1; r < stream_.motion_slots.size(); ++r) {
+            const auto found = group.refinements.find(stream_.motion_slots[r]);
+            const bool there = found != group.refinements.end() && i < found->second.objects.size();
+            refinements.push_back(there ? &found->second.objects[i] : nullptr);
+        }
+        auto decoded = stream_.motion.decode(object, frame, refinements);
         if (!decoded.ok()) return give_up(decoded.error().message), false;
         for (model::Motion& motion : *decoded) motions_.emplace(motion.frame, std::move(motion));
         frame += object.frames;

@@ -39,8 +39,12 @@ public:
 private:
     struct Pending {
         std::optional<protocol::Group> motion, texture;
+        std::map<std::uint8_t, protocol::Group> refinements;   // of motion, by slot
     };
-    bool complete(const Pending& group) const { return group.motion && (group.texture || !stream_.texture); }
+    /// Can be shown; and lacks nothing, not even a refinement.
+    bool usable(const Pending& group) const { return group.motion && (group.texture || !stream_.texture); }
+    bool complete(const Pending& group) const { return usable(group) && group.refinements.size() + 1 == stream_.motion_slots.size(); }
+    std::map<std::uint32_t, Pending>::const_iterator next_ready() const;
     void drop_incomplete();
     bool begin_group();
     void give_up(const std::string& why);

@@ -90,6 +90,7 @@ Result<void> HeadlessRun::open() {
             fmt::print(stderr, "mien-play: connection lost, reconnecting ({})\n", status.reason);
     };
     wanted.sound = options_.sound && wants_movie();
+    wanted.motion_rungs = options_.motion_rung + 1;
     wanted.sound_first = wanted.sound;
     wanted.wait = options_.wait;
     wanted.sound_sink = [this](const StreamModel&) {

@@ -73,6 +73,7 @@ int main(int argc, char** argv) {
     app.add_option("--wait", options.wait, "seconds to wait for the stream")->check(CLI::PositiveNumber);
     app.add_flag("--loop", options.loop, "start again at the end");
     app.add_flag("--list", options.list, "list the streams of a server and stop");
+    app.add_option("--motion-rung", options.motion_rung, "highest rung of motion to ask for, 0 the coarsest (default: all)")->check(CLI::Range(0, 63));
     app.add_flag("--no-sound", no_sound, "silent");
     app.set_version_flag("--version", "mien-play " MIEN_VERSION);
     try {

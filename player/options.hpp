@@ -27,6 +27,7 @@ struct Options {
     bool loop = false;
     bool list = false;
     bool sound = true;
+    std::size_t motion_rung = 63;                        ///< highest rung of motion to ask for
     double wait = 20;                                    ///< seconds to wait for the stream to be ready
 };
 

@@ -13,9 +13,15 @@ void Session::collect(Statistics& statistics) const {
     statistics.source = source->statistics();
     statistics.dropped = decode->dropped();
     statistics.damaged_groups = decode->damaged_groups();
-    statistics.motion_bytes = decode->bytes_of(stream->motion_slot);
+    statistics.motion_bytes = motion_bytes();
     if (stream->texture) statistics.texture_bytes = decode->bytes_of(stream->texture_slot);
     if (stream->sound) statistics.sound_bytes = decode->bytes_of(stream->sound_slot);
+}
+
+std::uint64_t Session::motion_bytes() const {
+    std::uint64_t bytes = 0;
+    for (const std::uint8_t slot : stream->motion_slots) bytes += decode->bytes_of(slot);
+    return bytes;
 }
 
 Result<Session> open_session(const std::string& input, SessionOptions options) {
@@ -34,7 +40,7 @@ Result<Session> open_session(const std::string& input, SessionOptions options) {
             return Error{ErrorCode::unavailable, fmt::format("{} did not answer within {:.0f} s{}{}", input, options.wait,
                                                              status.reason.empty() ? "" : ": ", status.reason)};
     }
-    MIEN_TRY(stream, open_stream_model(*session.source, options.sound));
+    MIEN_TRY(stream, open_stream_model(*session.source, options.sound, options.motion_rungs));
     session.stream = std::make_unique<StreamModel>(std::move(stream));
     const bool sound_only = options.sound_first && session.stream->sound;
     session.source->select(sound_only ? std::uint64_t(1) << session.stream->sound_slot : session.stream->slots());

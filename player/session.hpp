@@ -16,11 +16,13 @@ struct Session {
     std::unique_ptr<DecodeThread> decode;   // last: it goes first
 
     void collect(Statistics& statistics) const;
+    std::uint64_t motion_bytes() const;   ///< of all its rungs
 };
 
 struct SessionOptions {
     net::SourceOptions source;
     bool sound = true;
+    std::size_t motion_rungs = 64;          ///< at most
     bool sound_first = false;               ///< only the sound is asked for at first, when there is any
     double wait = 20;                       ///< seconds until the stream must be ready
     /// Where decoded sound goes; may be set by what is known only after the header has come.

@@ -23,13 +23,14 @@ const protocol::Rung& base_rung(const protocol::Track& track) {
 }  // namespace
 
 std::uint64_t StreamModel::slots() const {
-    std::uint64_t bits = std::uint64_t(1) << motion_slot;
+    std::uint64_t bits = 0;
+    for (const std::uint8_t slot : motion_slots) bits |= std::uint64_t(1) << slot;
     if (texture) bits |= std::uint64_t(1) << texture_slot;
     if (sound) bits |= std::uint64_t(1) << sound_slot;
     return bits;
 }
 
-Result<StreamModel> open_stream_model(const net::StreamSource& source, bool with_sound) {
+Result<StreamModel> open_stream_model(const net::StreamSource& source, bool with_sound, std::size_t motion_rungs) {
     const protocol::StreamHeader& header = source.header();
     const auto find = [&](const Hash& hash) { return source.blob(hash); };
     MIEN_TRY(face, decoder::decode_model(header.model, find));
@@ -39,12 +40,18 @@ Result<StreamModel> open_stream_model(const net::StreamSource& source, bool with
     const auto& info = std::get<protocol::MotionInfo>(motion_track->info);
     if (!decoder::fits(face, info))
         return Error{ErrorCode::mismatch, "the stream's motion does not fit its face model"};
-    const protocol::Rung& motion_rung = base_rung(*motion_track);
-    const Bytes* basis = motion_rung.basis ? source.blob(*motion_rung.basis) : nullptr;
-    if (!basis) return Error{ErrorCode::missing, "the stream brings no motion basis"};
-    MIEN_TRY(motion, decoder::MotionDecoder::create(info, *basis, face.neutral.triangles, face.neutral.mirror));
+    std::vector<ByteView> bases;
+    std::vector<std::uint8_t> motion_slots;
+    for (const protocol::Rung* rung : protocol::rung_ladder(*motion_track)) {
+        if (bases.size() == motion_rungs) break;
+        const Bytes* basis = rung->basis ? source.blob(*rung->basis) : nullptr;
+        if (!basis) return Error{ErrorCode::missing, "the stream brings no motion basis"};
+        bases.push_back(*basis);
+        motion_slots.push_back(rung->slot);
+    }
+    MIEN_TRY(motion, decoder::MotionDecoder::create(info, bases, face.neutral.triangles, face.neutral.mirror));
 
-    StreamModel stream{std::move(face), {}, std::move(motion), {}, {}, motion_rung.slot};
+    StreamModel stream{std::move(face), {}, std::move(motion), {}, {}, std::move(motion_slots)};
     stream.composed = model::compose(stream.model, stream.motion.basis());
     stream.frame_rate = header.frame_rate;
     stream.frames = std::int64_t(header.frames);

@@ -18,7 +18,8 @@ struct StreamModel {
     decoder::MotionDecoder motion;
     std::optional<decoder::TextureDecoder> texture;
     std::optional<decoder::SoundDecoder> sound;
-    std::uint8_t motion_slot = 0, texture_slot = 0, sound_slot = 0;
+    std::vector<std::uint8_t> motion_slots;  ///< of the rungs that are used, the one that stands alone first
+    std::uint8_t texture_slot = 0, sound_slot = 0;
     Rational frame_rate;
     std::int64_t frames = 0;                ///< 0: live
     int texture_width = 0, texture_height = 0;
@@ -28,7 +29,7 @@ struct StreamModel {
     double seconds() const { return double(frames) / frame_rate.value(); }
 };
 
-/// From a source that is ready. with_sound: whether to decode its sound.
-Result<StreamModel> open_stream_model(const net::StreamSource& source, bool with_sound);
+/// From a source that is ready. with_sound: whether to decode its sound. motion_rungs: how many rungs of its motion to use, at most.
+Result<StreamModel> open_stream_model(const net::StreamSource& source, bool with_sound, std::size_t motion_rungs = 64);
 
 }  // namespace mien::player

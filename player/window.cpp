@@ -53,6 +53,7 @@ Opened open_stream(const Options& options, std::string input, std::shared_ptr<st
     wanted.source.start = options.time;
     wanted.source.cache = open_cache(options);
     wanted.sound = options.sound;
+    wanted.motion_rungs = options.motion_rung + 1;
     wanted.wait = options.wait;
     wanted.give_up = [cancelled] { return cancelled->load(); };
     Opened opened;
@@ -287,7 +288,7 @@ std::vector<std::string> PlayerWindow::statistics_lines(double now) {
         fmt::format("buffer {} frames, dropped {}, stalls {}", decode.buffered(), decode.dropped(), playback_->stalls()),
         fmt::format("received {:.1f} kB, model {:.1f} kB, {} blobs from cache", double(source.bytes) / 1e3,
                     double(source.blob_bytes) / 1e3, source.blobs_from_cache),
-        fmt::format("motion {:.1f} kB, texture {:.1f} kB, sound {:.1f} kB", double(decode.bytes_of(stream.motion_slot)) / 1e3,
+        fmt::format("motion {:.1f} kB, texture {:.1f} kB, sound {:.1f} kB", double(session.motion_bytes()) / 1e3,
                     stream.texture ? double(decode.bytes_of(stream.texture_slot)) / 1e3 : 0.0,
                     stream.sound ? double(decode.bytes_of(stream.sound_slot)) / 1e3 : 0.0),
         fmt::format("{} points, {} components, damaged groups {}", stream.model.point_count(), stream.composed.size(),

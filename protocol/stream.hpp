@@ -55,6 +55,9 @@ struct Track {
     std::vector<Rung> rungs;                 ///< at least one
 };
 
+/// The rungs that build on each other, from the first that stands alone up: each refines the one before it.
+std::vector<const Rung*> rung_ladder(const Track& track);
+
 struct StreamHeader {
     std::string name;
     Rational frame_rate{30, 1};              ///< of the visual tracks

@@ -49,7 +49,7 @@ Points read_points(const gl::Buffer& buffer, int count) {
 }  // namespace
 
 Shape::Shape(const model::FaceModel& model, const model::LinearMotion& composed)
-    : count_(int(model.point_count())), components_(int(composed.size())) {
+    : count_(int(model.point_count())), components_(int(composed.size())), spread_(composed.spread) {
     shape_ = gl::make_compute(embedded::shaders_shape_comp);
     normals_program_ = gl::make_compute(embedded::shaders_normals_comp);
 
@@ -95,6 +95,7 @@ Shape::Shape(const model::FaceModel& model, const model::LinearMotion& composed)
     }
 
     if (model.detail) detail_.emplace(*model.detail);
+    if (composed.corrected) correct_ = gl::make_compute(embedded::shaders_correct_comp);
 
     const Rings rings = rings_of(std::uint32_t(count_), triangles_of(model));
     ring_start_ = gl::make_buffer(sizeof rings.start[0] * rings.start.size(), rings.start.data());
@@ -104,9 +105,11 @@ Shape::Shape(const model::FaceModel& model, const model::LinearMotion& composed)
 
 void Shape::form(const model::Motion& motion, const ShapeSteps& steps) {
     const bool moves = steps.motion && components_ > 0;
+    const bool corrects = steps.motion && !motion.corrections.empty();
     assert(!moves || motion.coefficients.size() == components_);
     pose_ = steps.pose ? motion.pose : RigidPose{};
     if (moves) glNamedBufferSubData(weights_.id(), 0, GLsizeiptr(sizeof(float)) * components_, motion.coefficients.data());
+    if (corrects) correct(model::drawn_corrections(spread_, motion.corrections));
     for (int side = 0; side < 2; ++side) {
         const float yaw = steps.gaze ? motion.gaze.yaw[side] : 0, pitch = steps.gaze ? motion.gaze.pitch[side] : 0;
         const Eigen::Matrix3f turn =
@@ -127,7 +130,7 @@ void Shape::form(const model::Motion& motion, const ShapeSteps& steps) {
         const int first = int(b) * per_buffer_;
         shape_.set("first_component", first);
         shape_.set("component_count", moves ? std::min(per_buffer_, components_ - first) : 0);
-        shape_.set("starts", int(b == 0));
+        shape_.set("starts", int(b == 0 && !corrects));
         shape_.set("ends", int(b + 1 == blocks));
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, moves ? component_blocks_[b].id() : weights_.id());
         dispatch(count_);
@@ -135,6 +138,22 @@ void Shape::form(const model::Motion& motion, const ShapeSteps& steps) {
     if (detail_) detail_->form(positions_, pose_, steps.medium);
     if (steps.motion && pair_count_ > 0) hold_lips_apart();
     form_normals();
+}
+
+void Shape::correct(std::span<const model::Correction> corrections) {
+    static_assert(sizeof(model::Correction) == 8, "as in correct.comp");
+    glCopyNamedBufferSubData(neutral_and_mean_.id(), positions_.id(), 0, 0, GLsizeiptr(sizeof(float)) * 3 * count_);
+    if (corrections.empty()) return;
+    if (corrections.size() > corrections_room_) {
+        corrections_room_ = std::max(2 * corrections_room_, corrections.size());
+        corrections_ = gl::make_buffer(sizeof corrections[0] * corrections_room_);
+    }
+    glNamedBufferSubData(corrections_.id(), 0, GLsizeiptr(corrections.size_bytes()), corrections.data());
+    correct_.set("correction_count", int(corrections.size()));
+    correct_.use();
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, positions_.id());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, corrections_.id());
+    dispatch(int(corrections.size()));
 }
 
 void Shape::hold_lips_apart() {

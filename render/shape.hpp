@@ -10,7 +10,7 @@
 
 namespace mien::render {
 
-/// The drawn points of a face model on the GPU. Static parts are uploaded once; a frame costs its coefficients.
+/// The drawn points of a face model on the GPU. Static parts are uploaded once; a frame costs its coefficients and corrections.
 class Shape {
 public:
     Shape(const model::FaceModel& model, const model::LinearMotion& composed);
@@ -31,6 +31,8 @@ public:
     Points read_normals() const;
 
 private:
+    /// Positions = neutral + mean + corrections.
+    void correct(std::span<const model::Correction> corrections);
     void hold_lips_apart();
     void form_normals();
 
@@ -38,10 +40,13 @@ private:
     int components_ = 0;
     int pair_count_ = 0, member_count_ = 0;  ///< of the lips' contact
     int per_buffer_ = 1;                    ///< components that fit into one storage block
-    gl::Program shape_, contact_, normals_program_;
+    gl::Program shape_, correct_, contact_, normals_program_;
     gl::Buffer positions_, normals_, neutral_, neutral_and_mean_, weights_, eye_of_, pairs_, members_, ring_start_, ring_;
     std::vector<gl::Buffer> component_blocks_;
     std::optional<DetailShape> detail_;
+    gl::Buffer corrections_;                ///< of the last corrected frame
+    std::size_t corrections_room_ = 0;      ///< entries that fit into it
+    Eigen::SparseMatrix<float> spread_;     ///< model::LinearMotion's
     Vec3 eye_centre_[2] = {Vec3::Zero(), Vec3::Zero()};
     RigidPose pose_;
 };

@@ -27,6 +27,7 @@ struct Request {
     std::optional<double> texture_kbps, texture_quality;
     std::string sound_codec = "opus";
     double sound_kbps = 48;
+    int rungs = 1;
     bool texture_asked = false, no_texture = false, no_sound = false, overwrite = false, quiet = false;
     int threads = 0;
 };
@@ -102,11 +103,12 @@ Result<encoder::StreamOptions> stream_options(const Request& request, const Clip
     options.motion.preset = request.preset == "live" ? encoder::MotionPreset::live
                             : request.preset == "guenter98" ? encoder::MotionPreset::guenter98
                                                             : encoder::MotionPreset::file;
-    if (request.peak || request.motion_kbps) options.motion.rms.reset();
+    options.motion.rms = request.rms;
     // A tenth of a millimetre is what skin shows; weights run from 0 to 1 and half a percent moves skin by about as much.
-    else options.motion.rms = request.rms.value_or(kind == MotionKind::weights ? 0.005 : 0.1);
+    if (!request.rms && !request.peak && !request.motion_kbps) options.motion.rms = kind == MotionKind::weights ? 0.005 : 0.1;
     options.motion.peak = request.peak;
     options.motion.kbps = request.motion_kbps;
+    options.motion.rungs = request.rungs;
     if (request.group == "whole") {
         options.group_seconds.reset();
     } else {
@@ -193,11 +195,14 @@ void add_encode(CLI::App& mien, int& code) {
         ->check(CLI::IsMember({"auto", "vertices", "markers", "weights"}));
     command->add_option("--model", request->model, "Model file of mien train: only markers, pose and sound are sent; with --texture-* also a video")
         ->check(CLI::ExistingFile);
-    auto* rms = command->add_option("--rms", request->rms, "Motion error to meet, RMS, mm (default 0.1; weights: 0.005)")->check(CLI::PositiveNumber);
-    auto* peak = command->add_option("--peak", request->peak, "Motion error to meet, largest of all points and frames, mm")->check(CLI::PositiveNumber);
+    auto* rms = command->add_option("--rms", request->rms, "Motion error to meet, RMS, mm (default 0.1; weights: 0.005); may be given with --peak")->check(CLI::PositiveNumber);
+    auto* peak = command->add_option("--peak", request->peak, "Motion error to meet, largest of all points and frames, mm (default: 10 times the RMS error)")->check(CLI::PositiveNumber);
     auto* rate = command->add_option("--motion-kbps", request->motion_kbps, "Bits for motion instead of an error, kbit/s")->check(CLI::PositiveNumber);
-    rms->excludes(peak)->excludes(rate);
+    rms->excludes(rate);
     peak->excludes(rate);
+    command->add_option("--rungs", request->rungs, "Rungs of motion: the highest keeps the asked error, each lower one twice that of the next")
+        ->check(CLI::Range(1, encoder::MotionOptions::kMaxRungs))
+        ->capture_default_str();
     command->add_option("--preset", request->preset, "file: looks ahead inside groups; live: causal, one object a frame; guenter98: the 1998 baseline")
         ->check(CLI::IsMember({"file", "live", "guenter98"}))
         ->capture_default_str();

@@ -57,6 +57,7 @@ Result<int> info(const std::string& file, bool json) {
             const std::uint64_t payload = slot == account.slots.end() ? 0 : slot->second.payload;
             out["tracks"].push_back({{"kind", name_of(track.kind)}, {"codec", rung.codec}, {"kbps", seconds > 0 ? double(payload) * 8 / 1000 / seconds : 0.0},
                                      {"description", describe(track)}});
+            if (rung.refines) out["tracks"].back()["refines"] = *rung.refines;
         }
     if (json) {
         fmt::print("{}\n", out.dump(2));
@@ -67,7 +68,7 @@ Result<int> info(const std::string& file, bool json) {
     fmt::print("model {}\n", header.model.hex().substr(0, 16));
     for (const auto& track : out["tracks"])
         fmt::print("  {:<8} {:<7} {:>9.2f} kbit/s  {}\n", track["kind"].get<std::string>(), track["codec"].get<std::string>(), track["kbps"].get<double>(),
-                   track["description"].get<std::string>());
+                   track.contains("refines") ? fmt::format("refines slot {}", track["refines"].get<int>()) : track["description"].get<std::string>());
     fmt::print("bytes\n");
     for (const auto& [part, bytes] : out["bytes"].items())
         fmt::print("  {:<14} {:>13}  {:>9.2f} kbit/s\n", part, with_thousands(bytes.get<std::uint64_t>()),

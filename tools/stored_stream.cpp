@@ -52,15 +52,19 @@ const protocol::Track* StoredStream::track(TrackKind kind) const {
     return nullptr;
 }
 
-Result<decoder::MotionDecoder> StoredStream::motion_decoder(const model::FaceModel& model) const {
+Result<decoder::MotionDecoder> StoredStream::motion_decoder(const model::FaceModel& model, std::size_t highest) const {
     const protocol::Track* track = this->track(TrackKind::motion);
     if (!track) return Error{ErrorCode::missing, "the stream has no motion track"};
     const auto& info = std::get<protocol::MotionInfo>(track->info);
     if (!decoder::fits(model, info)) return Error{ErrorCode::mismatch, "the motion track does not fit the stream's face model"};
-    const auto& basis = track->rungs.front().basis;
-    const Bytes* bytes = basis ? blob(*basis) : nullptr;
-    if (!bytes) return Error{ErrorCode::missing, "the stream lacks its motion basis"};
-    return decoder::MotionDecoder::create(info, *bytes, model.neutral.triangles, model.neutral.mirror);
+    std::vector<ByteView> bases;
+    for (const protocol::Rung* rung : protocol::rung_ladder(*track)) {
+        if (bases.size() > highest) break;
+        const Bytes* bytes = rung->basis ? blob(*rung->basis) : nullptr;
+        if (!bytes) return Error{ErrorCode::missing, "the stream lacks a motion basis"};
+        bases.push_back(*bytes);
+    }
+    return decoder::MotionDecoder::create(info, bases, model.neutral.triangles, model.neutral.mirror);
 }
 
 Result<void> StoredStream::visit_groups(const protocol::Track& track,
@@ -80,13 +84,29 @@ Result<void> StoredStream::visit_motion(decoder::MotionDecoder& decoder,
                                         const std::function<Result<void>(const model::Motion&)>& visit, const Skip& skip) const {
     const protocol::Track* track = this->track(TrackKind::motion);
     if (!track) return Error{ErrorCode::missing, "the stream has no motion track"};
+    const auto ladder = protocol::rung_ladder(*track);
     return visit_groups(*track, [&](const protocol::Group& group) -> Result<void> {
         decoder.begin_group();
+        std::vector<protocol::Group> finer;   // each needs all those before it
+        const protocol::IndexEntry* lost = nullptr;
+        for (std::size_t r = 1; r < decoder.rungs() && !lost; ++r) {
+            const protocol::IndexEntry* entry = reader().find(ladder[r]->slot, group.group);
+            if (!entry && !reader().complete()) break;
+            auto refinement = entry ? reader().read_group(*entry) : Result<protocol::Group>(Error{ErrorCode::missing, "motion: a finer rung lacks a group"});
+            if (refinement.ok()) finer.push_back(std::move(*refinement));
+            else if (!skip) return refinement.error();
+            else if ((lost = entry)) skip(*entry, refinement.error());
+            else break;
+        }
         std::int64_t frame = group.first_time;
-        for (const auto& object : group.objects) {
-            MIEN_TRY(motions, decoder.decode(object, frame));
+        for (std::size_t i = 0; i < group.objects.size(); ++i) {
+            std::vector<const protocol::Object*> refinements;
+            for (const auto& refinement : finer) refinements.push_back(i < refinement.objects.size() ? &refinement.objects[i] : nullptr);
+            MIEN_TRY(motions, decoder.decode(group.objects[i], frame, refinements));
+            if (decoder.refined() != 1 + finer.size() && reader().complete() && !skip)
+                return Error{ErrorCode::damaged, "motion: a finer rung of frame " + std::to_string(frame) + " is damaged or missing"};
             for (const model::Motion& motion : motions) MIEN_CHECK(visit(motion));
-            frame += object.frames;
+            frame += group.objects[i].frames;
         }
         return {};
     }, skip);

@@ -26,15 +26,17 @@ public:
     Result<model::FaceModel> model() const;
     /// First track of a kind; null when the stream has none.
     const protocol::Track* track(protocol::TrackKind kind) const;
-    /// A decoder for the first rung of the motion track.
-    Result<decoder::MotionDecoder> motion_decoder(const model::FaceModel& model) const;
+    /// A decoder for the motion track's rungs 0 .. `highest` (or as many as there are).
+    Result<decoder::MotionDecoder> motion_decoder(const model::FaceModel& model, std::size_t highest = kAllRungs) const;
+    static constexpr std::size_t kAllRungs = 64;
 
     /// Told of a group that cannot be read or that the visitor refuses; the visit then goes on with the next one.
     using Skip = std::function<void(const protocol::IndexEntry& group, const Error& why)>;
     /// Reads every group of the track's first rung, in order. Without `skip` the first error ends it, its own or the visitor's.
     Result<void> visit_groups(const protocol::Track& track, const std::function<Result<void>(const protocol::Group&)>& visit,
                               const Skip& skip = {}) const;
-    /// Decodes the motion track from its start to its end, frame by frame.
+    /// Decodes the motion track from its start to its end, frame by frame, with all rungs that the decoder was made for. A cut
+    /// stream may lack some at its end. With `skip`, where a finer rung is damaged the coarser ones stand alone.
     Result<void> visit_motion(decoder::MotionDecoder& decoder, const std::function<Result<void>(const model::Motion&)>& visit,
                               const Skip& skip = {}) const;
 

@@ -174,7 +174,7 @@ public:
 
 private:
     void append(const model::Motion& motion) {
-        const Eigen::VectorXf x = basis_.mean + basis_.components * motion.coefficients;
+        const Eigen::VectorXf x = model::motion_vector(basis_, motion);
         if (info_.has_gaze) clip_.gaze.push_back(motion.gaze);
         if (info_.kind == MotionKind::weights) {
             clip_.weights->values.insert(clip_.weights->values.end(), x.data(), x.data() + x.size());
@@ -201,14 +201,20 @@ private:
     std::string why_ = "its groups are not in the file";
 };
 
-Result<void> decode_motion(const StoredStream& stream, const model::FaceModel& model, Clip& clip, const Progress& progress, Losses* losses) {
+Result<void> decode_motion(const StoredStream& stream, const model::FaceModel& model, Clip& clip, const Progress& progress, Losses* losses,
+                           std::size_t highest_rung) {
     const protocol::Track& track = *stream.track(TrackKind::motion);
-    MIEN_TRY(decoder, stream.motion_decoder(model));
+    MIEN_TRY(decoder, stream.motion_decoder(model, highest_rung));
     const auto& info = std::get<protocol::MotionInfo>(track.info);
     const auto frames = std::int64_t(stream.header().frames);
     MotionRecorder recorder(clip, info, model, decoder.basis(), losses);
     StoredStream::Skip skip;
-    if (losses) skip = [&](const protocol::IndexEntry&, const Error& why) { recorder.blame(why); };
+    if (losses)
+        skip = [&](const protocol::IndexEntry& group, const Error& why) {
+            if (group.slot == track.rungs.front().slot) return recorder.blame(why);
+            const protocol::IndexEntry* next = stream.reader().find(group.slot, group.group + 1);
+            losses->push_back({TrackKind::motion, group.first_time, next ? next->first_time : frames, why.message, Loss::Kind::coarser});
+        };
     const auto visited = stream.visit_motion(decoder, [&](const model::Motion& motion) -> Result<void> {
         MIEN_CHECK(recorder.record(motion));
         if (progress) progress("decoding motion", motion.frame + 1, frames);
@@ -257,11 +263,13 @@ std::string describe(const Loss& loss, const protocol::StreamHeader& header) {
             if (const auto* sound = std::get_if<protocol::SoundInfo>(&track.info)) rate = sound->sample_rate;
         return fmt::format("sound from {:.2f} to {:.2f} s is lost and silent: {}", double(loss.first) / rate, double(loss.end) / rate, loss.why);
     }
+    if (loss.kind == Loss::Kind::coarser)
+        return fmt::format("motion frames {} to {} lack a finer rung and are coarser: {}", loss.first, loss.end - 1, loss.why);
     return fmt::format("{} frames {} to {} are lost and repeat frame {}: {}", loss.track == TrackKind::motion ? "motion" : "texture", loss.first,
                        loss.end - 1, loss.first > 0 ? loss.first - 1 : loss.end, loss.why);
 }
 
-Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress, Keep keep, std::shared_ptr<Losses> losses) {
+Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress, Keep keep, std::shared_ptr<Losses> losses, std::size_t highest_rung) {
     MIEN_TRY(model, stream.model());
     if (!stream.track(TrackKind::motion)) return Error{ErrorCode::missing, "the stream has no motion track"};
     Clip clip;
@@ -271,7 +279,7 @@ Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress,
     if (model.neutral.vertex_count() > 0) clip.neutral = model.neutral;
     if (const auto* sites = model::driving_sites(model)) clip.marker_sites = *sites;
     if (const auto* shapes = std::get_if<model::BlendshapeBase>(&model.base)) clip.blendshapes = shapes->targets;
-    MIEN_CHECK(decode_motion(stream, model, clip, progress, losses.get()));
+    MIEN_CHECK(decode_motion(stream, model, clip, progress, losses.get(), highest_rung));
 
     if (const protocol::Track* track = stream.track(TrackKind::texture)) {
         MIEN_TRY(texture, decoder::TextureDecoder::create(*track, track->rungs.front()));

@@ -14,6 +14,7 @@ struct Loss {
     protocol::TrackKind track;
     std::int64_t first = 0, end = 0;   ///< frames; for sound samples
     std::string why;
+    enum class Kind { lost, coarser } kind = Kind::lost;   ///< coarser: only a finer rung of motion is missing
 };
 using Losses = std::vector<Loss>;
 
@@ -30,6 +31,6 @@ enum class Keep { textured, all };
 /// Without `losses`, groups that cannot be decoded are an error. With it they are noted there (those of the texture as it is
 /// read) and the rest keeps its time: lost frames repeat the one before, at the start the one after, and lost sound is silent.
 Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress = {}, Keep keep = Keep::textured,
-                           std::shared_ptr<Losses> losses = nullptr);
+                           std::shared_ptr<Losses> losses = nullptr, std::size_t highest_rung = StoredStream::kAllRungs);
 
 }  // namespace mien::tools

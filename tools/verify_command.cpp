@@ -22,6 +22,7 @@ struct Request {
     std::string file, clip;
     bool json = false, no_texture = false;
     std::optional<double> max_rms, max_peak;
+    std::size_t rung = StoredStream::kAllRungs;
 };
 
 Error differ(const std::string& what, std::int64_t stream, std::int64_t clip) {
@@ -49,10 +50,10 @@ Result<MotionError> compare_motion(const Clip& truth, const Clip& received, Moti
 }
 
 /// The drawn mesh against the clip's own vertices: what markers or weights leave of the truth.
-Result<std::optional<MotionError>> compare_mesh(const StoredStream& stream, const Clip& truth) {
+Result<std::optional<MotionError>> compare_mesh(const StoredStream& stream, const Clip& truth, std::size_t rung) {
     MIEN_TRY(model, stream.model());
     if (!truth.vertices || model.point_count() != truth.vertices->points) return std::optional<MotionError>{};
-    MIEN_TRY(decoder, stream.motion_decoder(model));
+    MIEN_TRY(decoder, stream.motion_decoder(model, rung));
     const model::LinearMotion composed = model::compose(model, decoder.basis());
     MotionError error;
     MIEN_CHECK(stream.visit_motion(decoder, [&](const model::Motion& motion) -> Result<void> {
@@ -92,7 +93,7 @@ Result<int> verify(const Request& request) {
     const Progress progress = progress_bar(request.json);
     MIEN_TRY(stream, StoredStream::open(request.file));
     MIEN_TRY(loaded, io::load_clip(request.clip, {.frame_rate = {}, .unit = {}, .progress = progress}));
-    MIEN_TRY(received, decode_stream(stream, progress));
+    MIEN_TRY(received, decode_stream(stream, progress, Keep::textured, nullptr, request.rung));
     const Clip& truth = loaded.clip;
     const auto kind = std::get<protocol::MotionInfo>(stream.track(protocol::TrackKind::motion)->info).kind;
     const bool weights = kind == MotionKind::weights;
@@ -107,7 +108,7 @@ Result<int> verify(const Request& request) {
     if (request.max_rms && !(motion.rms() <= *request.max_rms)) complaints.push_back(fmt::format("RMS error {} exceeds {}", motion.rms(), *request.max_rms));
     if (request.max_peak && !(motion.peak() <= *request.max_peak)) complaints.push_back(fmt::format("peak error {} exceeds {}", motion.peak(), *request.max_peak));
     if (kind != MotionKind::vertices) {
-        MIEN_TRY(mesh, compare_mesh(stream, truth));
+        MIEN_TRY(mesh, compare_mesh(stream, truth, request.rung));
         if (mesh) report["mesh"] = {{"mean_mm", mesh->mean()}, {"rms_mm", mesh->rms()}, {"peak_mm", mesh->peak()}};
     }
     if (!request.no_texture) {
@@ -145,6 +146,7 @@ void add_verify(CLI::App& mien, int& code) {
     command->add_option("clip", request->clip, "The original clip")->required();
     command->add_flag("--json", request->json, "As JSON");
     command->add_flag("--no-texture", request->no_texture, "Motion only");
+    command->add_option("--rung", request->rung, "Highest rung of motion to use, 0 the coarsest (default: all)")->check(CLI::Range(0, 63));
     command->add_option("--max-rms", request->max_rms, "Fail above this RMS motion error");
     command->add_option("--max-peak", request->max_peak, "Fail above this peak motion error");
     command->callback([request, &code] { code = guarded([&] { return verify(*request); }, request->json); });

@@ -27,7 +27,7 @@ struct Opened {
         stream = std::make_unique<StreamModel>(std::move(*model));
     }
     bool is_visual(const protocol::Group& group) const {
-        return group.slot == stream->motion_slot || (stream->texture && group.slot == stream->texture_slot);
+        return group.slot == stream->motion_slots.front() || (stream->texture && group.slot == stream->texture_slot);
     }
 };
 
@@ -70,6 +70,36 @@ TEST(GroupDecoder, ShowsEveryFrameOnceWithItsOwnTexture) {
     }
     EXPECT_TRUE(decoder.drained());
     EXPECT_EQ(decoder.damaged_groups(), 0u);
+}
+
+TEST(GroupDecoder, RefinementsSharpenAndWithoutThemNothingIsLeftOut) {
+    Opened opened(small_stream(false, false, 0.5, 3));
+    ASSERT_EQ(opened.stream->motion_slots.size(), 3u);
+    const auto worst = [&](auto&& comes) {
+        GroupDecoder decoder(*opened.stream);
+        decoder.restart(0);
+        for (const auto& group : opened.encoded.groups)
+            if (comes(group)) decoder.add(group);
+        decoder.finish();
+        const std::vector<PlayFrame> frames = drain(decoder);
+        EXPECT_EQ(numbers(frames), range(0, kFrames));
+        const Clip truth = small_clip(false, false);
+        double sum = 0;
+        for (const PlayFrame& frame : frames)
+            sum += double((model::evaluate(opened.stream->model, opened.stream->composed, frame.motion) - truth.vertices->frame(frame.frame)).squaredNorm());
+        return std::sqrt(sum / double(kFrames * truth.vertices->points));
+    };
+    const auto& slots = opened.stream->motion_slots;
+    const double all = worst([](const auto&) { return true; });
+    const double two = worst([&](const auto& group) { return group.slot != slots[2]; });
+    const double one = worst([&](const auto& group) { return group.slot == slots[0]; });
+    const double gap = worst([&](const auto& group) { return group.slot != slots[1]; });   // what refines a rung that is not there is left out
+    EXPECT_LE(all, 0.101);
+    EXPECT_LE(two, 0.201);
+    EXPECT_LE(one, 0.401);
+    EXPECT_LT(all, two);
+    EXPECT_LT(two, one);
+    EXPECT_EQ(gap, one);
 }
 
 TEST(GroupDecoder, AGroupWithoutItsTextureIsLeftOut) {

@@ -67,7 +67,7 @@ TEST(Messages, Header) {
         0x01,                          // type HEADER
         0xbf, 0x01,                    // length 191
         'm', 'i', 'e', 'n',            // magic
-        0x02,                          // version 2
+        0x03,                          // version 3
         0xec, 0x69, 0x65, 0xee,        // CRC-32C of all that follows
         0x04, 'd', 'e', 'm', 'o',      // name
         0xb0, 0xea, 0x01, 0xe9, 0x07,  // frame rate 30000 / 1001
@@ -301,7 +301,7 @@ TEST(Messages, HelloAndBye) {
         0x20,                // type HELLO
         0x08,                // length 8
         'm', 'i', 'e', 'n',  // magic
-        0x02,                // version 2
+        0x03,                // version 3
         0x02, 'm', 'p',      // software
     }));
     expect_bytes(Bye{}, literal({
@@ -407,7 +407,7 @@ TEST(Messages, PingPongFailure) {
 TEST(Messages, Manifest) {
     const Manifest manifest{"ada", {{LayerKind::shape, {counting_hash(0x20), counting_hash(0x40)}}, {LayerKind::points, {}}}};
     const Bytes bytes = join({literal({
-        0x02,                 // version 2
+        0x03,                 // version 3
         0x03, 'a', 'd', 'a',  // actor
         0x02,                 // two layers
         0x01,                 // shape
@@ -426,7 +426,7 @@ TEST(Messages, Manifest) {
     longer.push_back(std::byte{0});
     EXPECT_EQ(parse_manifest(longer).error().code, ErrorCode::trailing_bytes);
     Bytes newer = bytes;
-    newer[0] = std::byte{3};
+    newer[0] = std::byte{kVersion + 1};
     EXPECT_EQ(parse_manifest(newer).error().code, ErrorCode::unsupported_version);
 }
 

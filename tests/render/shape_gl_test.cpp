@@ -85,6 +85,49 @@ TEST_F(ShapeGLTest, BlendBasesAreFormedThroughTheirComposedBasis) {
     EXPECT_LE((renderer.read_positions().row(3) - model.neutral.positions.row(3)).norm(), 1e-6f) << "no terms: still";
 }
 
+TEST_F(ShapeGLTest, CorrectionsMoveTheirPointsAndAreGoneInTheNextInstant) {
+    const model::FaceModel model = ball_with_eyes();
+    model::LinearMotion motion = random_motion(3 * model.point_count(), 37, 1);
+    motion.corrected = true;
+    FaceRenderer renderer(model, motion);
+    model::Motion instant = some_motion(37);
+    const Points plain = model::evaluate(model, motion, instant);
+    for (std::uint32_t at = 5; at < 900; at += 7) instant.corrections.push_back({at, float(at % 11) - 5});
+    renderer.set_motion(instant);
+    draw_once(renderer);
+    const Points truth = model::evaluate(model, motion, instant);
+    EXPECT_GT((truth - plain).rowwise().norm().maxCoeff(), 4.9f);
+    expect_points_near(renderer.read_positions(), truth, 1e-3f);
+    renderer.set_motion(some_motion(37));
+    draw_once(renderer);
+    expect_points_near(renderer.read_positions(), plain, 1e-3f);
+}
+
+TEST_F(ShapeGLTest, ACorrectedMarkerMovesAllVerticesThatHangOnIt) {
+    model::FaceModel model;
+    model.neutral = make_card(100);
+    model::BlendBase blend;
+    blend.markers = model.neutral.positions.topRows(2);
+    blend.sites = {Site::at_vertex(0), Site::at_vertex(1)};
+    blend.row_start = {0, 1, 2, 4, 4};
+    blend.terms = {{0, 1.0f}, {1, 1.0f}, {0, 0.4f}, {1, 0.6f}};
+    model.base = blend;
+    model::LinearMotion markers = random_motion(6, 4, 3);
+    markers.corrected = true;
+    const model::LinearMotion composed = model::compose(model, markers);
+    FaceRenderer renderer(model, composed);
+    model::Motion instant;
+    instant.coefficients = Eigen::Vector4f(100, -200, 50, 300);
+    const Points plain = model::evaluate(model, composed, instant);
+    instant.corrections = {{1, 10.0f}, {4, 5.0f}};
+    renderer.set_motion(instant);
+    draw_once(renderer);
+    const Points moved = model::evaluate(model, composed, instant);
+    expect_points_near(renderer.read_positions(), moved, 1e-3f);
+    EXPECT_NEAR(moved(2, 1) - plain(2, 1), 0.4f * 10 + 0.6f * 5, 1e-4f);
+    EXPECT_EQ(moved.row(3), plain.row(3));
+}
+
 TEST_F(ShapeGLTest, LipsAreHeldApartAsOnTheCpu) {
     model::FaceModel model = ball_with_eyes();
     model::Contact& contact = model.contact.emplace();

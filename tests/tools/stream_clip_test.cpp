@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "tests/player/small_stream.hpp"
 
 namespace mien::tools {
@@ -13,16 +15,17 @@ constexpr std::int64_t kGroupFrames = 5;
 /// A stored stream of four groups of five frames in memory, of which some messages are spoilt.
 class SpoiltStream {
 public:
-    SpoiltStream() {
-        static const Bytes whole = [] {
-            const encoder::EncodedStream stream = player::small_stream();
+    explicit SpoiltStream(int rungs = 1) {
+        static std::map<int, Bytes> made;
+        if (!made.contains(rungs)) made[rungs] = [&] {
+            const encoder::EncodedStream stream = player::small_stream(true, true, 0.5, rungs);
             Bytes bytes;
             protocol::StreamFileWriter writer([&](ByteView part) { bytes.insert(bytes.end(), part.begin(), part.end()); }, stream.header, stream.blobs);
             for (const protocol::Group& group : stream.groups) writer.add(group);
             writer.finish();
             return bytes;
         }();
-        bytes_ = whole;
+        bytes_ = made[rungs];
         whole_ = open();
     }
     StoredStream open() const {
@@ -31,9 +34,9 @@ public:
         return std::move(*stream);
     }
     /// Another byte in the middle of a group's message.
-    void spoil(TrackKind kind, std::uint32_t group) {
+    void spoil(TrackKind kind, std::uint32_t group, std::size_t rung = 0) {
         const auto& index = whole_->reader().index();
-        const std::uint8_t slot = whole_->track(kind)->rungs.front().slot;
+        const std::uint8_t slot = whole_->track(kind)->rungs[rung].slot;
         const auto entry = std::ranges::find_if(index, [&](const auto& e) { return e.slot == slot && e.group == group; });
         ASSERT_NE(entry, index.end());
         bytes_[entry->offset + entry->size / 2] ^= std::byte(0x55);
@@ -105,6 +108,25 @@ TEST_P(LostMotion, RepeatsAFrameAndEverythingElseKeepsItsPlace) {
 INSTANTIATE_TEST_SUITE_P(Groups, LostMotion,
                          testing::Values(std::tuple(0u, false, 5), std::tuple(1u, false, 4), std::tuple(3u, false, 14), std::tuple(0u, true, 5),
                                          std::tuple(2u, true, 9)));
+
+TEST(DecodeStream, WithoutAFinerRungTheMotionIsCoarserAndThatIsSaid) {
+    SpoiltStream spoilt(3);
+    spoilt.spoil(TrackKind::motion, 1, 1);
+    EXPECT_FALSE(decode_stream(spoilt.open()).ok());
+    const auto losses = std::make_shared<Losses>();
+    const auto clip = decode_stream(spoilt.open(), {}, Keep::textured, losses);
+    ASSERT_TRUE(clip.ok()) << clip.error().message;
+    const auto whole = decode_stream(SpoiltStream(3).open());
+    ASSERT_TRUE(whole.ok());
+    for (std::int64_t f = 0; f < player::kFrames; ++f) {
+        const bool coarser = f >= 5 && f < 10;
+        EXPECT_EQ(clip->vertices->frame(f) == whole->vertices->frame(f), !coarser) << f;
+        EXPECT_LT(distance(*clip, f, f), coarser ? 1.2f : 0.3f) << f;
+    }
+    ASSERT_EQ(losses->size(), 1u);
+    EXPECT_EQ(losses->front().kind, Loss::Kind::coarser);
+    EXPECT_NE(describe(losses->front(), spoilt.open().header()).find("frames 5 to 9 lack a finer rung"), std::string::npos);
+}
 
 TEST(DecodeStream, LostPicturesRepeatTheOneBeforeAndTheMotionGoesOn) {
     SpoiltStream spoilt;

@@ -1,5 +1,7 @@
 #include "vectors.hpp"
 
+#include "motion_vectors.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -30,6 +32,9 @@ void write_when_asked() {
             .write(reinterpret_cast<const char*>(vector.bytes.data()), std::streamsize(vector.bytes.size()));
         table << "| `" << vector.file << "` | " << vector.bytes.size() << " | " << vector.shows << " |\n";
     }
+    for (const MotionVector& vector : motion_vectors())
+        table << "| `" << vector.file << "` | " << std::filesystem::file_size(folder() / vector.file) << " | " << vector.shows << " |\n";
+    table << "\n`motion_digests.txt`: what the motion in the last files decodes to. An encoder of another build may choose other bytes for them.\n";
 }
 
 TEST(Vectors, AreMadeAgainByteForByte) {
