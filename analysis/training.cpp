@@ -20,19 +20,6 @@ constexpr int kFewest = 6;         // samples of a texel below which nothing is 
 constexpr float kAtRest = 0.1f;    // mm RMS of the markers' offsets
 constexpr std::uint32_t kSkin = 1u << int(Surface::skin);
 
-/// mm that a texel of a side-by-side map spans, on average over a domain.
-double texel_span(const Mesh& neutral, const model::DomainMap& domain, const std::vector<TexelMap::Texel>& where) {
-    double sum = 0;
-    for (std::size_t i = 0; i < where.size(); ++i) {
-        const Triangle &c = neutral.triangles[where[i].triangle], &t = neutral.texcoord_triangles[where[i].triangle];
-        const Vec3 ab = (neutral.positions.row(c[1]) - neutral.positions.row(c[0])).transpose(), ac = (neutral.positions.row(c[2]) - neutral.positions.row(c[0])).transpose();
-        const Vec2 p = neutral.texcoords[t[1]] - neutral.texcoords[t[0]], q = neutral.texcoords[t[2]] - neutral.texcoords[t[0]];
-        const float area = std::abs(p.x() * q.y() - p.y() * q.x()) * float(domain.width) * float(domain.height);
-        sum += std::sqrt(ab.cross(ac).norm() / std::max(area, 1e-9f));
-    }
-    return where.empty() ? 1 : sum / double(where.size());
-}
-
 /// Drops texels of a domain that too few frames have seen.
 void drop_unseen(model::DomainMap& domain, std::vector<LayerFit*> fits) {
     std::vector<std::uint32_t> kept;

@@ -93,6 +93,9 @@ int predictor_count(Predictors kind);
 /// Where every texel of a domain is on the mesh.
 std::vector<TexelMap::Texel> domain_texels(const model::DomainMap& domain, const TexelMap& texels);
 
+/// mm that a texel of a map spans, on average over a domain.
+double texel_span(const Mesh& neutral, const model::DomainMap& domain, const std::vector<TexelMap::Texel>& where);
+
 /// What the medium layer is to explain: scan minus base shape, [3][texels] mm; NaN: not seen.
 void medium_target(const FloatMap& scan, const Mesh& neutral, const model::DomainMap& domain, const std::vector<TexelMap::Texel>& where,
                    PointsRef base, float* out);

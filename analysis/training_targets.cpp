@@ -16,6 +16,18 @@ Vec3 on_triangle(PointsRef points, const Triangle& c, const TexelMap::Texel& at)
 
 }  // namespace
 
+double texel_span(const Mesh& neutral, const model::DomainMap& domain, const std::vector<TexelMap::Texel>& where) {
+    double sum = 0;
+    for (std::size_t i = 0; i < where.size(); ++i) {
+        const Triangle &c = neutral.triangles[where[i].triangle], &t = neutral.texcoord_triangles[where[i].triangle];
+        const Vec3 ab = (neutral.positions.row(c[1]) - neutral.positions.row(c[0])).transpose(), ac = (neutral.positions.row(c[2]) - neutral.positions.row(c[0])).transpose();
+        const Vec2 p = neutral.texcoords[t[1]] - neutral.texcoords[t[0]], q = neutral.texcoords[t[2]] - neutral.texcoords[t[0]];
+        const float area = std::abs(p.x() * q.y() - p.y() * q.x()) * float(domain.width) * float(domain.height);
+        sum += std::sqrt(ab.cross(ac).norm() / std::max(area, 1e-9f));
+    }
+    return where.empty() ? 1 : sum / double(where.size());
+}
+
 std::vector<TexelMap::Texel> domain_texels(const model::DomainMap& domain, const TexelMap& texels) {
     std::vector<TexelMap::Texel> where;
     where.reserve(domain.size());

@@ -82,6 +82,45 @@ void code_factors(Coder& coder, int terms, std::vector<float>& factors) {
     }
 }
 
+void write_sites(ByteWriter& out, const std::vector<Site>& sites) {
+    assert(sites.size() <= kMaxDetailMarkers);
+    out.varint(sites.size());
+    for (const Site& site : sites) {
+        const std::uint32_t* v = site.vertices;
+        out.varint(v[0]);
+        out.svarint(std::int64_t(v[1]) - v[0]);
+        out.svarint(std::int64_t(v[2]) - v[0]);
+        if (v[1] != v[0] || v[2] != v[0])
+            for (int i = 1; i < 3; ++i) out.svarint(std::clamp<std::int64_t>(std::lround(site.weights[i] * kWeights), -kMaxWeight, kMaxWeight));
+    }
+}
+
+/// Three sites or more, of a mesh of V vertices.
+Result<std::vector<Site>> read_sites(ByteReader& in, std::uint32_t V, const char* what) {
+    std::vector<Site> sites;
+    const std::uint64_t M = in.varint();
+    if (in.ok() && M > kMaxDetailMarkers) return Error{ErrorCode::limit_exceeded, std::string("the ") + what + " blob announces too many markers"};
+    for (std::uint64_t m = 0; m < M && in.ok(); ++m) {
+        std::int64_t v[3] = {std::int64_t(std::min<std::uint64_t>(in.varint(), V)), 0, 0};
+        for (int i = 1; i < 3; ++i) v[i] = v[0] + std::clamp<std::int64_t>(in.svarint(), -std::int64_t(V), V);
+        Site site;
+        for (int i = 0; i < 3; ++i) {
+            if (v[i] < 0 || v[i] >= V) return damaged(what);
+            site.vertices[i] = std::uint32_t(v[i]);
+        }
+        if (v[1] != v[0] || v[2] != v[0])
+            for (int i = 1; i < 3; ++i) {
+                const std::int64_t weight = in.svarint();
+                if (weight < -kMaxWeight || weight > kMaxWeight) return damaged(what);
+                site.weights[i] = float(weight) / kWeights;
+            }
+        site.weights[0] = 1 - site.weights[1] - site.weights[2];
+        sites.push_back(site);
+    }
+    if (!in.ok() || M < 3) return damaged(what);
+    return sites;
+}
+
 void write_stage(ByteWriter& out, const MapStage& stage) {
     for (const std::int8_t lift : stage.lift) out.u8(std::uint8_t(lift));
     out.bytes(stage.coded);
@@ -97,17 +136,8 @@ MapStage read_stage(ByteReader& in) {
 }  // namespace
 
 Bytes encode_shell(const Shell& shell) {
-    assert(shell.sites.size() <= kMaxDetailMarkers);
     ByteWriter out;
-    out.varint(shell.sites.size());
-    for (const Site& site : shell.sites) {
-        const std::uint32_t* v = site.vertices;
-        out.varint(v[0]);
-        out.svarint(std::int64_t(v[1]) - v[0]);
-        out.svarint(std::int64_t(v[2]) - v[0]);
-        if (v[1] != v[0] || v[2] != v[0])
-            for (int i = 1; i < 3; ++i) out.svarint(std::clamp<std::int64_t>(std::lround(site.weights[i] * kWeights), -kMaxWeight, kMaxWeight));
-    }
+    write_sites(out, shell.sites);
     std::vector<std::array<std::uint32_t, 2>> runs;
     for (const std::uint32_t v : shell.fixed) {
         assert(runs.empty() || v >= runs.back()[0] + runs.back()[1]);
@@ -127,27 +157,10 @@ Bytes encode_shell(const Shell& shell) {
 Result<Shell> decode_shell(ByteView bytes, std::uint32_t V) {
     ByteReader in(bytes);
     Shell shell;
-    const std::uint64_t M = in.varint();
-    if (in.ok() && M > kMaxDetailMarkers) return Error{ErrorCode::limit_exceeded, "the shell blob announces too many markers"};
-    for (std::uint64_t m = 0; m < M && in.ok(); ++m) {
-        std::int64_t v[3] = {std::int64_t(std::min<std::uint64_t>(in.varint(), V)), 0, 0};
-        for (int i = 1; i < 3; ++i) v[i] = v[0] + std::clamp<std::int64_t>(in.svarint(), -std::int64_t(V), V);
-        Site site;
-        for (int i = 0; i < 3; ++i) {
-            if (v[i] < 0 || v[i] >= V) return damaged("shell");
-            site.vertices[i] = std::uint32_t(v[i]);
-        }
-        if (v[1] != v[0] || v[2] != v[0])
-            for (int i = 1; i < 3; ++i) {
-                const std::int64_t weight = in.svarint();
-                if (weight < -kMaxWeight || weight > kMaxWeight) return damaged("shell");
-                site.weights[i] = float(weight) / kWeights;
-            }
-        site.weights[0] = 1 - site.weights[1] - site.weights[2];
-        shell.sites.push_back(site);
-    }
+    MIEN_TRY(sites, read_sites(in, V, "shell"));
+    shell.sites = std::move(sites);
     const std::uint64_t runs = in.varint();
-    if (!in.ok() || M < 3 || runs > V) return damaged("shell");
+    if (!in.ok() || runs > V) return damaged("shell");
     std::uint64_t end = 0;
     for (std::uint64_t r = 0; r < runs; ++r) {
         const std::uint64_t first = in.varint(), length = in.varint();
@@ -157,6 +170,32 @@ Result<Shell> decode_shell(ByteView bytes, std::uint32_t V) {
     }
     if (!in.ok() || !in.at_end()) return damaged("shell");
     return shell;
+}
+
+Bytes encode_driving_markers(const DrivingMarkers& markers) {
+    assert(markers.rest_offsets.rows() == Eigen::Index(markers.sites.size()));
+    ByteWriter out;
+    write_sites(out, markers.sites);
+    for (const float offset : markers.rest_offsets.reshaped<Eigen::RowMajor>())
+        out.svarint(std::lround(std::clamp(offset, -kMaxRestOffset, kMaxRestOffset) / kRestStep));
+    return out.take();
+}
+
+Result<DrivingMarkers> decode_driving_markers(ByteView bytes, std::uint32_t V) {
+    ByteReader in(bytes);
+    DrivingMarkers markers;
+    MIEN_TRY(sites, read_sites(in, V, "driving markers"));
+    markers.sites = std::move(sites);
+    markers.rest_offsets.resize(Eigen::Index(markers.sites.size()), 3);
+    for (Eigen::Index m = 0; m < markers.rest_offsets.rows(); ++m)
+        for (int c = 0; c < 3; ++c) {
+            const std::int64_t steps = in.svarint();
+            constexpr auto kMost = std::int64_t(kMaxRestOffset / kRestStep);
+            if (!in.ok() || steps < -kMost || steps > kMost) return damaged("driving markers");
+            markers.rest_offsets(m, c) = float(steps) * kRestStep;
+        }
+    if (!in.ok() || !in.at_end()) return damaged("driving markers");
+    return markers;
 }
 
 Bytes encode_marker_domain(const MarkerDomain& domain) {

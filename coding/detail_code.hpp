@@ -22,6 +22,17 @@ Bytes encode_shell(const Shell& shell);
 /// V: vertices of the mesh.
 Result<Shell> decode_shell(ByteView bytes, std::uint32_t V);
 
+/// Markers that drive a thin shell in the place of those of its Shell.
+struct DrivingMarkers {
+    std::vector<Site> sites;           ///< rounded as those of a Shell
+    Points rest_offsets;               ///< M x 3 mm, of the markers at rest from their sites; rounded to kRestStep
+};
+inline constexpr float kRestStep = 1.0f / 64;
+inline constexpr float kMaxRestOffset = 100;   ///< mm
+Bytes encode_driving_markers(const DrivingMarkers& markers);
+/// V: vertices of the mesh.
+Result<DrivingMarkers> decode_driving_markers(ByteView bytes, std::uint32_t V);
+
 /// What turns markers into a domain.
 struct MarkerDomain {
     static constexpr int kAxes = 10;   ///< Q and R of a marker, five numbers each

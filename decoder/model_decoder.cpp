@@ -1,9 +1,12 @@
 #include "decoder/model_decoder.hpp"
 
+#include <optional>
+
+#include "coding/detail_code.hpp"
 #include "coding/layer_code.hpp"
 #include "decoder/detail_decoder.hpp"
+#include "decoder/detail_limits.hpp"
 #include "decoder/mesh_blobs.hpp"
-#include "model/thin_shell.hpp"
 #include "protocol/messages.hpp"
 
 namespace mien::decoder {
@@ -24,21 +27,11 @@ public:
         if (detailed_) {
             MIEN_TRY(detail, decode_detail(manifest_hash, find_));
             if (shell_ && (!has_base_ || std::holds_alternative<model::BlendBase>(model_.base))) {
-                model::ShellBase base;
-                base.markers.resize(Eigen::Index(detail.sites.size()), 3);
-                for (std::size_t m = 0; m < detail.sites.size(); ++m) base.markers.row(Eigen::Index(m)) = detail.sites[m].position(detail.neutral.positions).transpose();
-                base.sites = detail.sites;
-                base.response = model::thin_shell_response(detail.neutral, detail.sites, detail.fixed);
-                if (const auto* beside = std::get_if<model::BlendBase>(&model_.base)) {
-                    if (beside->sites.size() != detail.sites.size()) return Error{ErrorCode::damaged, "the model's blend coefficients and its thin shell have other markers"};
-                    for (Eigen::Index v = 0; v < base.response.rows(); ++v) {
-                        if (beside->row_start[std::size_t(v)] == beside->row_start[std::size_t(v) + 1]) continue;
-                        base.response.row(v).setZero();
-                        for (std::uint32_t i = beside->row_start[std::size_t(v)]; i < beside->row_start[std::size_t(v) + 1]; ++i)
-                            base.response(v, Eigen::Index(beside->terms[i].marker)) += beside->terms[i].weight;
-                    }
-                }
-                model_.base = std::move(base);
+                MIEN_TRY(driving, driving_markers(detail));
+                const auto* beside = std::get_if<model::BlendBase>(&model_.base);
+                if (beside && beside->sites.size() != driving.sites.size())
+                    return Error{ErrorCode::damaged, "the model's blend coefficients and its thin shell have other markers"};
+                model_.base = model::make_shell_base(detail.neutral, std::move(driving.sites), driving.rest_offsets, detail.fixed, beside);
             }
             model_.detail = std::make_shared<model::DetailLayers>(std::move(detail));
         } else if (shell_) {
@@ -49,6 +42,15 @@ public:
 
 private:
     Result<const Bytes*> blob(const Layer& layer, std::size_t i) const { return needed_blob(find_, layer, i); }
+
+    /// Those of the detail model, or others that were put in their place.
+    Result<coding::DrivingMarkers> driving_markers(const model::DetailModel& detail) const {
+        if (shell_->blobs.size() < 2) return coding::DrivingMarkers{detail.sites, Points::Zero(Eigen::Index(detail.sites.size()), 3)};
+        MIEN_TRY(bytes, blob(*shell_, 1));
+        MIEN_TRY(markers, coding::decode_driving_markers(*bytes, detail.neutral.vertex_count()));
+        MIEN_CHECK(check_skin(detail.neutral, markers.sites.size()));
+        return markers;
+    }
 
     /// Layers build on those before them: one shape, then at most one base shape, then what lies on it.
     Result<void> place(LayerKind kind) {
@@ -120,7 +122,7 @@ private:
                 MIEN_CHECK(blob(layer, 0));
                 break;
             case LayerKind::video_albedo: model_.video_albedo = true; break;
-            case LayerKind::thin_shell: shell_ = true; break;
+            case LayerKind::thin_shell: shell_ = layer; break;
             case LayerKind::marker_domain: detailed_ = true; break;
             case LayerKind::medium:
             case LayerKind::fine:
@@ -133,7 +135,8 @@ private:
     const FindBlob& find_;
     model::FaceModel model_;
     bool has_shape_ = false, has_base_ = false;
-    bool shell_ = false, detailed_ = false;   // a thin shell and a marker domain were named
+    std::optional<Layer> shell_;   // the thin shell, when one was named
+    bool detailed_ = false;        // a marker domain was named
 };
 
 }  // namespace

@@ -235,12 +235,12 @@ Result<EncodedDetail> encode_detail(const model::DetailModel& model, const model
     return DetailPacker(model, moments, options).run(actor);
 }
 
-Bytes detail_file(const EncodedDetail& detail, const std::string& name) {
+Bytes model_file(const Hash& manifest, const std::vector<protocol::StaticBlob>& blobs, const std::string& name) {
     protocol::StreamHeader header;
     header.name = name;
-    header.model = detail.manifest;
+    header.model = manifest;
     Bytes file;
-    protocol::StreamFileWriter writer([&](ByteView bytes) { file.insert(file.end(), bytes.begin(), bytes.end()); }, header, detail.blobs);
+    protocol::StreamFileWriter writer([&](ByteView bytes) { file.insert(file.end(), bytes.begin(), bytes.end()); }, header, blobs);
     writer.finish();
     return file;
 }

@@ -41,6 +41,6 @@ struct EncodedDetail {
 Result<EncodedDetail> encode_detail(const model::DetailModel& model, const model::TermMoments& moments, const std::string& actor, const DetailOptions& options = {});
 
 /// The bytes of a model file: a stored stream without tracks.
-Bytes detail_file(const EncodedDetail& detail, const std::string& name);
+Bytes model_file(const Hash& manifest, const std::vector<protocol::StaticBlob>& blobs, const std::string& name);
 
 }  // namespace mien::encoder

@@ -3,6 +3,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "model/thin_shell.hpp"
+
 namespace mien::model {
 namespace {
 
@@ -93,6 +95,22 @@ Eigen::Index FaceModel::point_count() const { return neutral_points(*this).rows(
 const Points& neutral_points(const FaceModel& model) {
     const auto* points = std::get_if<PointBase>(&model.base);
     return points ? points->markers : model.neutral.positions;
+}
+
+ShellBase make_shell_base(const Mesh& neutral, std::vector<Site> sites, PointsRef rest_offsets, const std::vector<std::uint32_t>& fixed, const BlendBase* beside) {
+    assert(rest_offsets.rows() == Eigen::Index(sites.size()) && (!beside || beside->sites.size() == sites.size()));
+    ShellBase base;
+    base.markers = rest_offsets;
+    for (std::size_t m = 0; m < sites.size(); ++m) base.markers.row(Eigen::Index(m)) += sites[m].position(neutral.positions).transpose();
+    base.response = thin_shell_response(neutral, sites, fixed);
+    base.sites = std::move(sites);
+    for (Eigen::Index v = 0; beside && v < base.response.rows(); ++v) {
+        const std::uint32_t begin = beside->row_start[std::size_t(v)], end = beside->row_start[std::size_t(v) + 1];
+        if (begin == end) continue;
+        base.response.row(v).setZero();
+        for (std::uint32_t i = begin; i < end; ++i) base.response(v, Eigen::Index(beside->terms[i].marker)) += beside->terms[i].weight;
+    }
+    return base;
 }
 
 const Points* driving_markers(const FaceModel& model) {

@@ -38,6 +38,10 @@ struct ShellBase {
     Eigen::MatrixXf response;              ///< V x M: thin_shell_response, and blend coefficients of what no shell forms
 };
 
+/// The shell over markers at `sites` of `neutral`, at rest `rest_offsets` (M x 3 mm) from them. `fixed`: vertices that never move.
+/// beside: vertices that have terms there are blended instead, as no shell forms them; null: none. Both have M markers.
+ShellBase make_shell_base(const Mesh& neutral, std::vector<Site> sites, PointsRef rest_offsets, const std::vector<std::uint32_t>& fixed, const BlendBase* beside);
+
 /// Base shape: a mesh moved by blendshape weights.
 struct BlendshapeBase {
     std::vector<Blendshape> targets;  ///< n_b, in the order of the motion vector

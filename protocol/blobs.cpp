@@ -35,7 +35,7 @@ Result<Bytes> unpack(ByteView packed, std::uint64_t size) {
 }
 
 bool known(std::uint8_t kind) {
-    return kind >= static_cast<std::uint8_t>(BlobKind::manifest) && kind <= static_cast<std::uint8_t>(BlobKind::refinement);
+    return kind >= static_cast<std::uint8_t>(BlobKind::manifest) && kind <= static_cast<std::uint8_t>(BlobKind::driving_markers);
 }
 
 }  // namespace
@@ -57,6 +57,7 @@ std::string_view name_of(BlobKind kind) {
         case BlobKind::texel_mask: return "texel mask";
         case BlobKind::detail_map: return "detail map";
         case BlobKind::refinement: return "detail refinement";
+        case BlobKind::driving_markers: return "driving markers";
     }
     return {};
 }

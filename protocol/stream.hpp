@@ -85,6 +85,7 @@ enum class BlobKind : std::uint8_t {
     texel_mask = 13,   ///< the texels a map covers
     detail_map = 14,   ///< the first stage of a polynomial map
     refinement = 15,   ///< a further stage of a polynomial map
+    driving_markers = 16,  ///< markers that drive a thin shell in the place of those of its shell blob
 };
 
 struct BlobInfo {

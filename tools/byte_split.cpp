@@ -34,10 +34,11 @@ Result<ByteSplit> split_bytes(const StoredStream& stream) {
             case BlobKind::eyes:
             case BlobKind::contact:
             case BlobKind::shell:
+            case BlobKind::driving_markers: split.shape += blob.stored; break;
             case BlobKind::marker_domain:
             case BlobKind::texel_mask:
             case BlobKind::detail_map:
-            case BlobKind::refinement: split.shape += blob.stored; break;
+            case BlobKind::refinement: split.detail += blob.stored; break;
             case BlobKind::connectivity:
             case BlobKind::texcoords: split.connectivity += blob.stored; break;
             case BlobKind::texture: split.texture += blob.stored; break;
@@ -65,7 +66,7 @@ Result<ByteSplit> split_bytes(const StoredStream& stream) {
         split.pose = std::uint64_t(std::llround(share * double(split.coefficients)));
         split.coefficients -= split.pose;
     }
-    split.framing = split.total - (split.shape + split.connectivity + split.basis + split.probabilities + split.coefficients + split.pose + split.texture + split.sound);
+    split.framing = split.total - (split.shape + split.detail + split.connectivity + split.basis + split.probabilities + split.coefficients + split.pose + split.texture + split.sound);
     return split;
 }
 

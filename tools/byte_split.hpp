@@ -9,10 +9,10 @@ namespace mien::tools {
 
 /// The bytes of a file by what they are for. They add up to the total; what a lost message left unclaimed counts as framing.
 struct ByteSplit {
-    std::uint64_t total = 0, shape = 0, connectivity = 0, basis = 0, probabilities = 0, coefficients = 0, pose = 0, texture = 0,
+    std::uint64_t total = 0, shape = 0, detail = 0, connectivity = 0, basis = 0, probabilities = 0, coefficients = 0, pose = 0, texture = 0,
                   sound = 0, framing = 0;
 
-    /// All that moves the points: framing, connectivity, texture coordinates, texture and sound apart.
+    /// All that moves the points: detail, framing, connectivity, texture coordinates, texture and sound apart.
     std::uint64_t motion() const { return shape + basis + probabilities + coefficients + pose; }
 };
 

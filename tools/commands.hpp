@@ -12,5 +12,7 @@ void add_decode(CLI::App& mien, int& code);
 void add_info(CLI::App& mien, int& code);
 void add_verify(CLI::App& mien, int& code);
 void add_train(CLI::App& mien, int& code);
+void add_remap(CLI::App& mien, int& code);
+void add_evaluate(CLI::App& mien, int& code);
 
 }  // namespace mien::tools

@@ -14,6 +14,7 @@
 #include "protocol/stream_file.hpp"
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
+#include "tools/model_file.hpp"
 #include "tools/stored_stream.hpp"
 
 namespace mien::tools {
@@ -31,19 +32,6 @@ struct Request {
     bool texture_asked = false, no_texture = false, no_sound = false, overwrite = false, quiet = false;
     int threads = 0;
 };
-
-/// The model of a file that `mien train` wrote, with its blobs as they are.
-Result<encoder::EncodedModel> read_model(const std::string& path) {
-    MIEN_TRY(stream, StoredStream::open(path));
-    if (!stream.header().tracks.empty()) return Error{ErrorCode::invalid, "'" + path + "' is a stream, not a model file"};
-    encoder::EncodedModel model;
-    model.manifest = stream.header().model;
-    MIEN_TRY(face, stream.model());
-    model.model = std::move(face);
-    for (const protocol::BlobInfo& blob : stream.reader().catalogue().blobs)
-        if (const Bytes* bytes = stream.blob(blob.hash)) model.blobs.push_back({blob.hash, blob.kind, *bytes});
-    return model;
-}
 
 /// A file that appears under its name only when it is whole.
 class AtomicFile {

@@ -19,10 +19,11 @@ const char* name_of(TrackKind kind) {
 
 ordered_json to_json(const ByteSplit& s) {
     return {{"total", s.total},           {"shape", s.shape},
-            {"connectivity", s.connectivity}, {"basis", s.basis},
-            {"probabilities", s.probabilities}, {"coefficients", s.coefficients},
-            {"pose", s.pose},             {"texture", s.texture},
-            {"sound", s.sound},           {"framing", s.framing}};
+            {"detail", s.detail},         {"connectivity", s.connectivity},
+            {"basis", s.basis},           {"probabilities", s.probabilities},
+            {"coefficients", s.coefficients}, {"pose", s.pose},
+            {"texture", s.texture},       {"sound", s.sound},
+            {"framing", s.framing}};
 }
 
 std::string describe(const protocol::Track& track) {

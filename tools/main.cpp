@@ -17,6 +17,8 @@ int main(int argc, char** argv) {
     add_info(mien, code);
     add_verify(mien, code);
     add_train(mien, code);
+    add_remap(mien, code);
+    add_evaluate(mien, code);
     try {
         mien.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

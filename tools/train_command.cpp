@@ -118,7 +118,7 @@ Result<int> train(const Request& request) {
         coding.picture = &*picture;
     }
     MIEN_TRY(coded, encoder::encode_detail(trained.model, trained.moments, clip.name, coding));
-    const Bytes bytes = encoder::detail_file(coded, output.stem().string());
+    const Bytes bytes = encoder::model_file(coded.manifest, coded.blobs, output.stem().string());
     file.write(ByteView(bytes));
     file.commit();
     end_progress();

@@ -187,7 +187,7 @@ TEST(DetailCodec, AModelFileIsAStreamWithoutTracks) {
     const SmallModel small(16, 16);
     const auto coded = encoder::encode_detail(small.model, small.moments, "sheet", kOptions);
     ASSERT_TRUE(coded.ok());
-    const Bytes file = encoder::detail_file(*coded, "actor");
+    const Bytes file = encoder::model_file(coded->manifest, coded->blobs, "actor");
     const auto back = decoder::decode_detail_file(file);
     ASSERT_TRUE(back.ok()) << back.error().message;
     EXPECT_EQ(back->medium.planes, Store(*coded).decode()->medium.planes);

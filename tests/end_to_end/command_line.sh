@@ -109,7 +109,7 @@ refuses "already" "$mien" encode clip -o vertices.mien
 refuses "no clip nowhere" "$mien" encode nowhere -o x.mien
 refuses "nosuchcodec" "$mien" encode clip -o x.mien --texture-codec nosuchcodec
 refuses "group" "$mien" encode clip -o x.mien --group never
-refuses "excludes" "$mien" encode clip -o x.mien --rms 1 --peak 1
+refuses "excludes" "$mien" encode clip -o x.mien --rms 1 --motion-kbps 1
 refuses "cannot|permission|no such" "$mien" encode clip -o /proc/nowhere/x.mien
 refuses "cannot|no such" "$mien" info missing.mien
 head -c 3000 vertices.mien >cut.mien
@@ -211,6 +211,18 @@ does "$mien" verify driven.mien talk --max-rms 0.1
 does "$bin/mien-play" --headless driven.mien -o driven.png --size 160x160
 refuses "60 markers, but the clip has 40" "$mien" encode clip -o bad.mien --model actor.model
 refuses "is a stream" "$mien" encode talk -o bad.mien --model driven.mien
+does "$mien" evaluate actor.model session --every 3 --json
+# Other markers of the same actor.
+does "$mien" stage -o sparse --expressions --seconds 0.4 --texture-size 0 --markers 40 --scans --scan-size 64
+refuses "40 markers|the clip has 40" "$mien" encode sparse -o bad.mien --model actor.model
+refuses "mien remap" "$mien" evaluate actor.model sparse
+does "$mien" remap actor.model sparse -o sparse.model
+refuses "is there already" "$mien" remap actor.model sparse -o sparse.model
+refuses "no markers" "$mien" remap actor.model one -o bad.model
+does "$mien" encode sparse -o sparse.mien --model sparse.model --rms 0.1
+does "$mien" verify sparse.mien sparse --max-rms 0.1
+does "$mien" evaluate sparse.model sparse
+does "$bin/mien-play" --headless sparse.mien -o sparse.png --size 160x160
 
 # The server.
 refuses "no such|not found|not a (folder|directory)|does not exist" "$bin/mien-serve" nowhere

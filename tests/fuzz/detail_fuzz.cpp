@@ -83,7 +83,7 @@ void whole_model(ByteView rest) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
     if (size < 1) return 0;
     const ByteView blob(reinterpret_cast<const std::byte*>(bytes + 1), size - 1);
-    switch (bytes[0] % 5) {
+    switch (bytes[0] % 6) {
         case 0: {
             const auto shell = coding::decode_shell(blob, 100);
             if (!shell.ok()) break;
@@ -93,7 +93,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
             break;
         }
         case 1: {
-            const auto domain = coding::decode_marker_domain(blob, 3 + bytes[0] / 5);
+            const auto domain = coding::decode_marker_domain(blob, 3 + bytes[0] / 6);
             if (!domain.ok()) break;
             for (const float f : domain->factors) check(std::isfinite(f));
             for (const auto& row : domain->axes)
@@ -107,7 +107,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
         }
         case 3: {
             coding::TexelMask mask{9, 12, std::vector<std::uint8_t>(108, 1)};
-            for (std::size_t i = 0; i < 108; i += 1 + bytes[0] / 5) mask.set[i] = 0;
+            for (std::size_t i = 0; i < 108; i += 1 + bytes[0] / 6) mask.set[i] = 0;
             const coding::MaskedWavelet wavelet(mask);
             coding::CoefficientPlanes planes(wavelet, 3);
             const std::size_t half = blob.size() / 2;
@@ -115,6 +115,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
             planes.decode(blob.subspan(half));
             for (int p = 0; p < 3; ++p)
                 for (std::uint32_t i = 0; i < wavelet.size(); ++i) check(std::abs(planes.plane(p)[i]) <= coding::CoefficientPlanes::kMaxValue);
+            break;
+        }
+        case 4: {
+            const auto markers = coding::decode_driving_markers(blob, 100);
+            if (!markers.ok()) break;
+            check(markers->rest_offsets.allFinite());
+            for (const Site& site : markers->sites)
+                for (int i = 0; i < 3; ++i) check(site.vertices[i] < 100 && std::isfinite(site.weights[i]));
             break;
         }
         default: whole_model(blob);
