@@ -218,7 +218,7 @@ refuses "40 markers|the clip has 40" "$mien" encode sparse -o bad.mien --model a
 refuses "mien remap" "$mien" evaluate actor.model sparse
 does "$mien" remap actor.model sparse -o sparse.model
 refuses "is there already" "$mien" remap actor.model sparse -o sparse.model
-refuses "no markers" "$mien" remap actor.model one -o bad.model
+refuses "is a stream" "$mien" remap driven.mien sparse -o bad.model
 does "$mien" encode sparse -o sparse.mien --model sparse.model --rms 0.1
 does "$mien" verify sparse.mien sparse --max-rms 0.1
 does "$mien" evaluate sparse.model sparse
