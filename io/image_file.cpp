@@ -68,6 +68,10 @@ Result<ImageSize> parse_image_size(ByteView bytes) {
     if (!stbi_info_from_memory(as_stb(bytes), int(bytes.size()), &size.width, &size.height, &size.channels)) return stb_error();
     if (size.width < 1 || size.height < 1 || size.width > kMaxImageSide || size.height > kMaxImageSide)
         return Error{ErrorCode::limit_exceeded, fmt::format("the picture is {} x {}, more than {} a side", size.width, size.height, kMaxImageSide)};
+    // stb paints on behind the end of a TGA file. The densest format it reads, PNG of one bit a pixel, holds 8 x 1032 pixels a byte.
+    constexpr std::int64_t kMostPixelsAByte = 10'000;
+    if (std::int64_t(size.width) * size.height > kMostPixelsAByte * std::int64_t(bytes.size()))
+        return Error{ErrorCode::truncated, fmt::format("the picture file has {} bytes, too few for {} x {} pixels", bytes.size(), size.width, size.height)};
     return size;
 }
 

@@ -57,6 +57,17 @@ TEST(ImageFile, AChunkLongerThanTheFileIsRefusedBeforeRoomIsMadeForIt) {
     EXPECT_EQ(parse_image(bytes).error().code, ErrorCode::truncated);
 }
 
+TEST(ImageFile, MorePixelsThanItsBytesCanHoldAreRefusedBeforeTheyArePainted) {
+    // An RLE TGA file of 6168 x 6168 in 20 bytes, which ends inside its first packet.
+    const unsigned char tga[] = {0, 0, 10, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x18, 0x18, 0x18, 0x18, 24, 0, 0x83, 1};
+    const auto* begin = reinterpret_cast<const std::byte*>(tga);
+    EXPECT_EQ(parse_image(Bytes(begin, begin + sizeof tga)).error().code, ErrorCode::truncated);
+    const TemporaryFolder folder;
+    Image black(4000, 4000, 1);   // what packs best
+    write_image(folder / "black.png", black);
+    EXPECT_TRUE(read_image(folder / "black.png").ok());
+}
+
 TEST(SoundFile, WavComesBack) {
     const TemporaryFolder folder;
     Sound sound{44100, 2, {}};
