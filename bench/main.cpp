@@ -5,16 +5,21 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <nlohmann/json.hpp>
 
+#include "bench/detail_views.hpp"
 #include "bench/geometry_codec.hpp"
 #include "bench/inputs.hpp"
 #include "bench/report_tables.hpp"
 #include "bench/short_clip.hpp"
 #include "bench/suite.hpp"
 #include "bench/timing.hpp"
+#include "decoder/av_texture.hpp"
 #include "encoder/texture_encoder.hpp"
 #include "io/clip_folder.hpp"
+#include "io/image_file.hpp"
 #include "tools/console.hpp"
+#include "tools/stored_stream.hpp"
 
 namespace {
 
@@ -22,7 +27,8 @@ using namespace mien;
 
 struct Arguments {
     std::vector<std::string> clips;
-    std::string json, csv, html, markdown;
+    std::string json, csv, html, markdown, model, sheet;
+    double high_pass = 4;
     bench::SuiteOptions suite;
     std::int64_t frames = 0;
     bool smoke = false, quiet = false, list = false, no_geometry = false, no_timing = false, no_texture = false, no_views = false;
@@ -51,6 +57,54 @@ int write_ict(const Arguments& arguments) {
     return written.ok() ? tools::kDone : complain(written.error().message);
 }
 
+void print_table(const bench::Table& table) {
+    if (table.empty()) return;
+    std::vector<std::size_t> widths;
+    for (const std::string& column : table.columns) widths.push_back(column.size());
+    for (const auto& row : table.rows)
+        for (std::size_t i = 0; i < row.cells.size(); ++i) widths[i] = std::max(widths[i], row.cells[i].size());
+    fmt::print("\n{}\n", table.title);
+    const auto line = [&](const std::vector<std::string>& cells) {
+        for (std::size_t i = 0; i < cells.size(); ++i)
+            i == 0 ? fmt::print("{:<{}}", cells[i], widths[i]) : fmt::print("  {:>{}}", cells[i], widths[i]);
+        fmt::print("\n");
+    };
+    line(table.columns);
+    for (const auto& row : table.rows) line(row.cells);
+}
+
+/// A trained model's layers drawn beside the scans of the clip.
+int views_of_model(const Arguments& arguments) {
+    const Progress progress = tools::progress_bar(arguments.quiet);
+    const auto draw = [&]() -> Result<bench::DetailViews> {
+        MIEN_TRY(stored, tools::StoredStream::open(arguments.model));
+        MIEN_TRY(face, stored.model());
+        for (const protocol::Layer& layer : stored.reader().manifest().layers) {
+            if (layer.kind != protocol::LayerKind::static_albedo || layer.blobs.empty() || !stored.blob(layer.blobs.front())) continue;
+            MIEN_TRY(picture, decoder::decode_picture(*stored.blob(layer.blobs.front())));
+            face.static_albedo = std::move(picture);
+        }
+        MIEN_TRY(loaded, io::load_clip(arguments.clips.front(), {.frame_rate = {}, .unit = {}, .progress = progress}));
+        MIEN_TRY(pair, analysis::ModelOnClip::create(face, loaded.clip, arguments.high_pass));
+        return bench::view_detail(face, pair, loaded.clip.markers->frames, arguments.suite.view_pictures, progress);
+    };
+    const auto views = draw();
+    if (!views.ok()) return complain(views.error().message);
+    tools::end_progress();
+    if (!arguments.sheet.empty()) io::write_image(arguments.sheet, views->sheet);
+    bench::Table table;
+    table.title = fmt::format("{} drawn with {}: {} frames from three cameras, against the scans drawn alike", arguments.clips.front(), arguments.model, views->frames.size());
+    table.columns = {"layers", "PSNR-Y dB", "SSIM", "worst dB"};
+    nlohmann::ordered_json json;
+    for (const auto& row : views->rows) {
+        table.rows.push_back({{row.name, fmt::format("{:.2f}", row.score.psnr_y()), fmt::format("{:.4f}", row.score.ssim()), fmt::format("{:.2f}", row.score.worst_psnr_y())}, false});
+        json[row.name] = {{"psnr_y_db", row.score.psnr_y()}, {"ssim", row.score.ssim()}, {"worst_psnr_y_db", row.score.worst_psnr_y()}};
+    }
+    if (!arguments.quiet) print_table(table);
+    if (!arguments.json.empty()) bench::write_file(arguments.json, json.dump(2) + "\n");
+    return tools::kDone;
+}
+
 std::string command_line(int argc, char** argv) {
     std::string line = "mien-bench";
     for (int i = 1; i < argc; ++i) {
@@ -73,22 +127,6 @@ int tell_failures(const bench::Report& report) {
     for (const auto& row : report.texture)
         tell(fmt::format("{}, {} {} at {} kbit/s", row.clip, row.series, row.codec, row.asked_kbps), row.failed);
     return failures;
-}
-
-void print_table(const bench::Table& table) {
-    if (table.empty()) return;
-    std::vector<std::size_t> widths;
-    for (const std::string& column : table.columns) widths.push_back(column.size());
-    for (const auto& row : table.rows)
-        for (std::size_t i = 0; i < row.cells.size(); ++i) widths[i] = std::max(widths[i], row.cells[i].size());
-    fmt::print("\n{}\n", table.title);
-    const auto line = [&](const std::vector<std::string>& cells) {
-        for (std::size_t i = 0; i < cells.size(); ++i)
-            i == 0 ? fmt::print("{:<{}}", cells[i], widths[i]) : fmt::print("  {:>{}}", cells[i], widths[i]);
-        fmt::print("\n");
-    };
-    line(table.columns);
-    for (const auto& row : table.rows) line(row.cells);
 }
 
 void write_pages(const Arguments& arguments, const bench::Report& report) {
@@ -185,6 +223,9 @@ int main(int argc, char** argv) {
     app.add_option("--timing-rounds", a.suite.timing_rounds, "Passes over the clip for timing")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
+    auto* model = app.add_option("--model", a.model, "Instead: draw the layers of this model of mien train beside the scans of the clip")->check(CLI::ExistingFile)->group("A trained model");
+    app.add_option("--sheet", a.sheet, "Picture of the frame that moves most, all layers side by side")->needs(model)->group("A trained model");
+    app.add_option("--high-pass", a.high_pass, "As given to mien train, mm")->needs(model)->capture_default_str()->group("A trained model");
     app.add_flag("--no-motion", a.no_geometry, "Leave out motion");
     app.add_flag("--no-timing", a.no_timing, "Leave out timing");
     app.add_flag("--no-texture", a.no_texture, "Leave out texture and views");
@@ -216,6 +257,7 @@ int main(int argc, char** argv) {
             fmt::print(stderr, "mien-bench: name a clip folder, a report to show (--json), or --smoke; --help says more\n");
             return tools::kMisused;
         }
+        if (!a.model.empty()) return views_of_model(a);
         a.suite.geometry = !a.no_geometry;
         a.suite.timing = !a.no_timing;
         a.suite.texture = !a.no_texture;

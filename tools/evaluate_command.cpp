@@ -31,7 +31,8 @@ Result<int> evaluate(const Request& request) {
     const Progress progress = progress_bar(request.json);
     MIEN_TRY(model, read_model(request.model));
     MIEN_TRY(loaded, io::load_clip(request.clip, {.frame_rate = {}, .unit = {}, .progress = progress}));
-    MIEN_TRY(measured, analysis::evaluate_model(model.model, loaded.clip, request.every, request.high_pass, progress));
+    MIEN_TRY(pair, analysis::ModelOnClip::create(model.model, loaded.clip, request.high_pass));
+    MIEN_TRY(measured, analysis::evaluate_model(pair, loaded.clip.markers->frames, request.every, progress));
     end_progress();
     if (request.json) {
         ordered_json out{{"frames", measured.frames}, {"layers", ordered_json::object()}};
