@@ -173,8 +173,7 @@ Result<EncodedMotion> encode_trained(const Clip& clip, const TrainingTake& take,
     const Sum floor = trials.floor();
     if (const double least = options.rms ? floor.rms() : floor.peak; least > asked)
         return Error{ErrorCode::invalid, fmt::format("the training take's basis leaves {:.4f}{} {} of this clip, more than the asked {:.4f}{}: it lacks motions "
-                                                     "that the clip has, or was encoded too coarsely{}", least, unit, options.rms ? "RMS" : "at most", asked, unit,
-                                                     take.info.has_pose || options.kind == MotionKind::weights ? "" : " (its head stands still)")};
+                                                     "that the clip has, or was encoded too coarsely", least, unit, options.rms ? "RMS" : "at most", asked, unit)};
     // Errors grow with the step: the largest that meets the goal.
     double step = take.basis.step, low = 0, high = 0;
     std::optional<Trial> best;

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 
 #include "coding/motion_basis.hpp"
+#include "core/geometry.hpp"
 #include "protocol/stream.hpp"
 
 namespace mien::encoder {
@@ -19,6 +20,9 @@ struct TrainingTake {
                 .gaze = info.has_gaze, .presence = info.has_presence};
     }
 };
+
+/// Gives a take of markers whose head stood still a head pose that has not moved, so that other frames may move theirs. reference: N x 3 mm.
+void add_pose(TrainingTake& take, PointsRef reference);
 
 /// The take's mean, components, pose and steps for frames coded by `scheme`: with the take's own predictors and starting chances where
 /// it was coded by that scheme, else learnt from its samples.

@@ -65,6 +65,7 @@ Result<StoredTake> read_take(const std::string& path) {
     if (out.take.info.kind == protocol::MotionKind::markers) {
         const Points* markers = model::driving_markers(out.model.model);
         out.reference = markers ? *markers : out.model.model.neutral.positions;
+        encoder::add_pose(out.take, out.reference);
     }
     return out;
 }

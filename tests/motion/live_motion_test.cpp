@@ -202,6 +202,21 @@ TEST(LiveMotion, MissingMarkersAreHeldByTheOthers) {
     EXPECT_LT(std::sqrt(errors.squared / 30), 0.5);
 }
 
+TEST(LiveMotion, ATakeOfAHeadAtRestServesForOneThatMoves) {
+    Takes takes = make_takes(false, 0);
+    ASSERT_FALSE(takes.take.info.has_pose);
+    const auto poses = motion_test::nodding(kOthers);
+    for (std::int64_t f = 0; f < kOthers; ++f) apply_pose(poses[std::size_t(f)], takes.others.markers->frame(f));
+    encoder::add_pose(takes.take, takes.reference);
+    LiveMotion live(takes.take, takes.reference);
+    auto decoder = decoder::MotionDecoder::create(live.info(), live.basis());
+    ASSERT_TRUE(decoder.ok()) << decoder.error().message;
+    std::vector<model::Motion> motions;
+    decoder->begin_group();
+    for (std::int64_t f = 0; f < kOthers; ++f) motions.push_back(decoder->decode(*live.encode(frame_of(takes.others, f)), f)->front());
+    EXPECT_LT(error_of(takes.others, takes.reference, motions, decoder->basis()), 0.12);
+}
+
 TEST(LiveMotion, AFrameThatMakesNoSenseIsRefusedAndLeavesTheStreamAsItWas) {
     const Takes takes = make_takes(true, 0);
     LiveMotion live(takes.take, takes.reference), other(takes.take, takes.reference);
