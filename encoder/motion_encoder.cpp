@@ -13,6 +13,7 @@
 #include "encoder/motion_pose.hpp"
 #include "encoder/motion_search.hpp"
 #include "encoder/reference_points.hpp"
+#include "encoder/trained_motion.hpp"
 #include "protocol/limits.hpp"
 
 namespace mien::encoder {
@@ -202,6 +203,7 @@ void account(EncodedMotion::Bits& bits, const MotionTrial& trial, int sides) {
 }  // namespace
 
 Result<EncodedMotion> encode_motion(const Clip& clip, const MotionOptions& options, const Progress& progress) {
+    if (options.training) return encode_trained(clip, *options.training, options, progress);
     const auto report = [&](const char* what) {
         if (progress) progress(what, 0, 0);
     };

@@ -7,6 +7,7 @@
 #include "core/clip.hpp"
 #include "core/progress.hpp"
 #include "core/result.hpp"
+#include "encoder/training_take.hpp"
 #include "model/linear_motion.hpp"
 #include "protocol/stream.hpp"
 
@@ -32,6 +33,7 @@ struct MotionOptions {
     /// What offsets count from, as the decoder will have it (positions may be quantised in the model); none:
     /// reference_points(clip, kind). N x 3 mm; ignored for weights.
     std::optional<Points> reference;
+    const TrainingTake* training = nullptr;   ///< its motion basis is used (encode_trained); null: one is made for the clip
     std::vector<std::uint32_t> mirror;   ///< Mesh::mirror of the neutral mesh as the decoder will have it, for vertices; or empty
 };
 

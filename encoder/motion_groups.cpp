@@ -7,6 +7,7 @@
 
 #include "coding/motion_frames.hpp"
 #include "core/parallel.hpp"
+#include "encoder/frame_decision.hpp"
 
 namespace mien::encoder {
 namespace {
@@ -15,44 +16,6 @@ using coding::IntegerModel;
 using coding::MotionBasis;
 using coding::MotionFrames;
 using coding::MotionScheme;
-
-// A range encoder that adds up what each channel costs.
-class Metered {
-public:
-    static constexpr bool kDecodes = false;
-    void code(int& bit, coding::Probability set) {
-        encoder_.code(bit, set);
-        bits_ += coding::code_length(bit, set);
-    }
-    bool failed() const { return false; }
-    void fail() { assert(false); }
-    double take_bits() { return std::exchange(bits_, 0.0); }
-    std::uint64_t digest() const { return encoder_.digest(); }
-    Bytes finish() { return encoder_.finish(); }
-
-private:
-    coding::RangeEncoder encoder_;
-    double bits_ = 0;
-};
-
-// The integer near `wanted` that is worth its bits.
-template <class Cost>
-std::int32_t decide(double wanted, double lambda, const Cost& cost) {
-    constexpr double most = double(1 << 25);
-    const std::int32_t nearest = std::int32_t(std::lround(std::clamp(wanted, -most, most)));
-    if (nearest == 0 || lambda <= 0) return nearest;
-    const int towards_zero = nearest > 0 ? -1 : 1;
-    std::array<std::int32_t, 3> tried{nearest, nearest + towards_zero, 0};
-    std::int32_t best = nearest;
-    double best_cost = 1e300;
-    for (std::size_t i = 0; i < (std::abs(nearest) <= 2 ? 3u : 2u); ++i) {
-        if (i == 2 && tried[1] == 0) break;
-        const double error = wanted - tried[i];
-        const double total = error * error + lambda * cost(tried[i]);
-        if (total < best_cost) best_cost = total, best = tried[i];
-    }
-    return best;
-}
 
 struct GroupTask {
     const MotionBasis& basis;
@@ -137,25 +100,10 @@ struct GroupTask {
         store_object(group, first, n, coder);
     }
 
-    // A packet ends on a whole byte: of a few decision slopes the one whose packet costs least, as it will be stored.
     double best_lambda(MotionFrames& frames, const Metered& begun, std::int64_t at) const {
-        const MotionFrames::FrameState before = frames.frame_state();
-        double best = 1e300, chosen = options.lambda;
-        for (const double scale : {1.0, 0.7, 1.4, 0.5, 2.0}) {
-            Metered coder = begun;
-            double error = 0;
-            frames.code_frame(coder, [&](int c, std::int64_t prediction, const IntegerModel::Contexts& contexts, const IntegerModel& model) {
-                const double wanted = targets(c, at) - double(prediction) / MotionBasis::kFraction;
-                const std::int32_t v = settled(c) ? options.settled->numbers[std::size_t(c)][std::size_t(at)]
-                                                  : decide(wanted, options.lambda * scale, [&](std::int32_t q) { return model.cost(q, contexts); });
-                error += (wanted - v) * (wanted - v);
-                return v;
-            });
-            frames.restore(before);
-            const double total = error + options.lambda * 8 * double(coder.finish().size());
-            if (total < best) best = total, chosen = options.lambda * scale;
-        }
-        return chosen;
+        return packet_slope(frames, begun, options.lambda, [&](int c) { return targets(c, at); }, [&](int c) {
+            return settled(c) ? std::optional(options.settled->numbers[std::size_t(c)][std::size_t(at)]) : std::nullopt;
+        });
     }
 
     void frame_group(std::int64_t group, MotionFrames& frames, std::vector<double>& bits) const {

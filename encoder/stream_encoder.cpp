@@ -82,10 +82,11 @@ Result<EncodedStream> encode_stream(const Clip& clip, const StreamOptions& optio
     if (options.motion.kind == MotionKind::vertices && options.motion.rms) model_options.step = shape_step(*options.motion.rms);
     else if (options.motion.kind == MotionKind::vertices && options.motion.peak) model_options.step = shape_step(*options.motion.peak / 5);
     if (progress) progress("face model", 0, 0);
-    if (options.model && (options.motion.kind != MotionKind::markers || !model::driving_markers(options.model->model)))
+    const Points* driving = options.model ? model::driving_markers(options.model->model) : nullptr;
+    if (options.model && !options.motion.training && (options.motion.kind != MotionKind::markers || !driving))
         return Error{ErrorCode::mismatch, "a trained model is driven by markers, so it goes with marker motion alone"};
-    if (options.model && model::driving_markers(options.model->model)->rows() != clip.markers->points)
-        return Error{ErrorCode::mismatch, "the model has " + std::to_string(model::driving_markers(options.model->model)->rows()) + " markers, but the clip has " + std::to_string(clip.markers->points)};
+    if (driving && options.motion.kind == MotionKind::markers && clip.markers && driving->rows() != clip.markers->points)
+        return Error{ErrorCode::mismatch, "the model has " + std::to_string(driving->rows()) + " markers, but the clip has " + std::to_string(clip.markers->points)};
     MIEN_TRY(model, options.model ? Result<EncodedModel>(*options.model) : encode_model(clip, model_options));
     EncodedStream& out = stream.out();
     out.header.model = model.manifest;

@@ -118,19 +118,31 @@ Result<std::vector<Row>> parse_rows(Lines& lines, const Columns& columns) {
     return rows;
 }
 
+}  // namespace
+
 // The app's angles are those of a mirrored head: takes with EyeLook weights show that a positive yaw looks to the actor's
 // right, a positive pitch down. Mirrored, turns about y and z change their sign.
-RigidPose head_pose(const float* angles) {
+RigidPose live_link_pose(const float* angles) {
     const Eigen::Quaternionf rotation = Eigen::AngleAxisf(-angles[0], Vec3::UnitY()) * Eigen::AngleAxisf(angles[1], Vec3::UnitX()) *
                                         Eigen::AngleAxisf(-angles[2], Vec3::UnitZ());
     return {rotation.normalized(), Vec3::Zero()};
 }
 
-Gaze gaze(const float* angles) {
+Gaze live_link_gaze(const float* angles) {
     return {{-angles[6], -angles[3]}, {-angles[7], -angles[4]}};
 }
 
-}  // namespace
+void live_link_angles(const RigidPose& pose, float* angles) {
+    const Eigen::Matrix3f r = pose.rotation.normalized().toRotationMatrix();
+    angles[0] = -std::atan2(r(0, 2), r(2, 2));
+    angles[1] = std::asin(std::clamp(-r(1, 2), -1.0f, 1.0f));
+    angles[2] = -std::atan2(r(1, 0), r(1, 1));
+}
+
+void live_link_angles(const Gaze& gaze, float* angles) {
+    angles[3] = -gaze.yaw[1], angles[4] = -gaze.pitch[1], angles[5] = 0;
+    angles[6] = -gaze.yaw[0], angles[7] = -gaze.pitch[0], angles[8] = 0;
+}
 
 bool is_live_link(std::string_view text) {
     std::string_view line;
@@ -198,8 +210,8 @@ Result<LiveLinkTake> parse_live_link(std::string_view text) {
     }
     for (std::int64_t f = 0; f < frames; ++f) {
         const float* a = angles.data() + f * kAngleCount;
-        if (columns.has_head()) take.head_pose.push_back(head_pose(a));
-        if (columns.has_eyes()) take.gaze.push_back(gaze(a));
+        if (columns.has_head()) take.head_pose.push_back(live_link_pose(a));
+        if (columns.has_eyes()) take.gaze.push_back(live_link_gaze(a));
     }
     return take;
 }

@@ -21,6 +21,13 @@ struct LiveLinkTake {
     std::vector<std::int64_t> repeated;  ///< rows (from 0) whose timecode repeats the row before; left out
 };
 
+/// The nine angles of a frame (HeadYaw ... RightEyeRoll, radians) as pose and gaze.
+RigidPose live_link_pose(const float* angles);
+Gaze live_link_gaze(const float* angles);
+/// ... and back, into the first three or the last six of nine angles.
+void live_link_angles(const RigidPose& pose, float* angles);
+void live_link_angles(const Gaze& gaze, float* angles);
+
 /// Whether the first line looks like a Live Link Face header (Timecode, BlendShapeCount, ...).
 bool is_live_link(std::string_view text);
 

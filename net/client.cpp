@@ -67,6 +67,7 @@ const Bytes* Client::blob(const Hash& hash) const {
 std::optional<Arrival> Client::next(std::chrono::milliseconds timeout) {
     State& state = *state_;
     std::optional<Arrival> arrival;
+    bool resumed = false;
     {
         std::unique_lock lock(state.mutex);
         if (!state.changed.wait_for(lock, timeout, [&] { return !state.queue.empty(); })) return {};
@@ -74,8 +75,11 @@ std::optional<Arrival> Client::next(std::chrono::milliseconds timeout) {
         state.queued -= state.queue.front().bytes;
         state.queue.pop_front();
         if (arrival->group) ++state.statistics.groups;
+        if (arrival->object) ++state.statistics.objects;
+        resumed = arrival->object && state.status.state == SourceState::ended;
     }
-    if (!arrival->group) state.set_status(SourceState::ended);
+    if (arrival->is_end()) state.set_status(SourceState::ended);
+    if (resumed) state.set_status(SourceState::playing);
     asio::post(state.io, [&state] {
         if (!state.stopping) state.space.cancel();
     });
@@ -89,11 +93,12 @@ std::uint32_t Client::seek(double seconds) {
     state.tell([&] {
         generation = ++state.wish.generation;
         state.wish.seek = seconds;
-        for (const State::Waiting& waiting : state.queue) state.statistics.stale_groups += waiting.arrival.group.has_value();
+        for (const State::Waiting& waiting : state.queue) state.statistics.stale_groups += !waiting.arrival.is_end();
         state.queue.clear();
         state.queued = 0;
         state.end_queued = false;
         state.last_group.reset();
+        state.had.clear();
         again = state.status.state == SourceState::ended;
     });
     if (again) state.set_status(SourceState::playing);
@@ -109,6 +114,8 @@ void Client::set_rate(double rate) {
 void Client::select(std::uint64_t slots) {
     state_->tell([&] { state_->wish.slots = slots; });
 }
+
+bool Client::live() const { return state_->header.frames == 0; }
 
 SourceStatus Client::status() const {
     const std::lock_guard lock(state_->mutex);

@@ -25,6 +25,7 @@ public:
     void pause(bool paused) override;
     void set_rate(double rate) override;
     void select(std::uint64_t slots) override;
+    bool live() const override;
     SourceStatus status() const override;
     SourceStatistics statistics() const override;
 

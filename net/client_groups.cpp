@@ -46,7 +46,7 @@ asio::awaitable<Lost> Client::State::receive(ConnectionPtr c) {
         } else if (auto* group = std::get_if<protocol::Group>(&*message)) {
             take_group(std::move(*group), raw->wire_bytes);
         } else if (const auto* playing = std::get_if<protocol::Playing>(&*message)) {
-            serving = playing->generation;
+            start_live(playing->generation);
         } else if (std::holds_alternative<protocol::End>(*message)) {
             const std::lock_guard lock(mutex);
             if (serving == wish.generation && !end_queued) {
@@ -54,6 +54,10 @@ asio::awaitable<Lost> Client::State::receive(ConnectionPtr c) {
                 queue.push_back({{wish.generation, {}}, 0});
                 changed.notify_all();
             }
+        } else if (const auto* start = std::get_if<protocol::GroupStart>(&*message)) {
+            if (!take_live(*start)) co_return Lost{"the server sent an impossible group", true};
+        } else if (auto* object = std::get_if<protocol::LiveBytes>(&*message)) {
+            if (!take_live(std::move(*object), raw->wire_bytes)) co_return Lost{"the server sent an object without a group", true};
         } else if (std::holds_alternative<protocol::Pong>(*message)) {
             note_pong(*message);
         } else {
@@ -74,6 +78,46 @@ asio::awaitable<Lost> Client::State::receive(ConnectionPtr c) {
             c->wire.hear();
         }
     }
+}
+
+void Client::State::start_live(std::uint32_t generation) {
+    serving = generation;
+    live_slots.clear();
+    const std::lock_guard lock(mutex);
+    if (generation == wish.generation) end_queued = false;
+}
+
+bool Client::State::take_live(const protocol::GroupStart& start) {
+    const auto before = live_slots.find(start.slot);
+    if (before != live_slots.end() && start.group < before->second.group.group) return false;
+    live_slots[start.slot] = {start, 0};
+    return true;
+}
+
+bool Client::State::take_live(protocol::LiveBytes bytes, std::uint64_t wire_bytes) {
+    const auto found = live_slots.find(bytes.slot);
+    if (found == live_slots.end()) return false;
+    LiveSlot& slot = found->second;
+    const std::uint32_t index = slot.next++;
+    std::int64_t ticks = slot.group.frames;
+    for (const protocol::Track& track : header.tracks)
+        if (const auto* sound = std::get_if<protocol::SoundInfo>(&track.info))
+            for (const protocol::Rung& rung : track.rungs)
+                if (rung.slot == bytes.slot) ticks *= sound->packet_samples;
+    protocol::LiveObject object{.slot = bytes.slot, .group = slot.group.group, .first_time = slot.group.first_time + ticks * index, .index = index,
+                                .object = {slot.group.frames, std::move(bytes.bytes)}};
+    const std::lock_guard lock(mutex);
+    if (serving != wish.generation) {
+        ++statistics.stale_groups;
+        return true;
+    }
+    std::pair<std::uint32_t, std::uint32_t>& next = had[object.slot];
+    if (std::pair(object.group, object.index) < next) return true;
+    next = {object.group, object.index + 1};
+    queued += wire_bytes;
+    queue.push_back({{wish.generation, {}, std::move(object)}, wire_bytes});
+    changed.notify_all();
+    return true;
 }
 
 double Client::State::start_of(const protocol::Group& group) const {

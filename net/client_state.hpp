@@ -64,6 +64,14 @@ struct Client::State {
     std::optional<std::uint32_t> last_group;
     std::uint64_t last_slots = 0;    ///< of last_group
     double last_start = 0;           ///< seconds
+    /// A slot of a live stream: what the next LIVE OBJECT is, on this connection.
+    struct LiveSlot {
+        protocol::GroupStart group;
+        std::uint32_t next = 0;
+    };
+    std::map<std::uint8_t, LiveSlot> live_slots;   ///< of this PLAYING
+    /// The next object that next() has not had: what comes again after a reconnect is dropped.
+    std::map<std::uint8_t, std::pair<std::uint32_t, std::uint32_t>> had;   ///< group, index
 
     asio::awaitable<void> run();
     asio::awaitable<Lost> connect_and_play();
@@ -78,6 +86,9 @@ struct Client::State {
     void begin_play(Connection& c);
     void send_wishes(Connection& c);
     void take_group(protocol::Group group, std::uint64_t bytes);
+    void start_live(std::uint32_t generation);
+    bool take_live(const protocol::GroupStart& start);
+    bool take_live(protocol::LiveBytes object, std::uint64_t bytes);
     void set_status(SourceState state, std::string reason = {});
     void stop();
     template <class Change>

@@ -15,6 +15,9 @@ struct ServerOptions {
     std::string bind = "127.0.0.1";           ///< loopback by default: serving the world is a decision
     std::uint16_t port = 7777;                ///< 0: any free one
     std::size_t max_viewers = 256;
+    bool publish = false;                     ///< whether this machine's programs may send live streams
+    std::size_t max_publishers = 16;
+    std::uint64_t live_bytes = 4u << 20;      ///< of each live stream, kept for viewers that join or are slow
     double ahead = 5;                         ///< seconds that groups are sent before they are due
     std::chrono::milliseconds handshake_timeout{5000};  ///< until HELLO has come
     std::chrono::milliseconds idle_timeout{30000};      ///< without a byte from the viewer; clients ping every 5 s
@@ -28,14 +31,14 @@ struct ServerStatistics {
     std::uint64_t viewers = 0;         ///< connected now
     std::uint64_t accepted = 0;
     std::uint64_t refused = 0;         ///< above max_viewers
-    std::uint64_t groups_sent = 0;
+    std::uint64_t groups_sent = 0;     ///< whole ones, and started ones of live streams
     std::uint64_t blobs_sent = 0;
     std::uint64_t bytes_sent = 0;
     std::uint64_t queued_bytes = 0;    ///< held for all viewers now
     std::uint64_t peak_viewer_bytes = 0;  ///< the most ever held for one viewer
 };
 
-/// Serves the recorded streams of a folder to many viewers. A slow or dead viewer never touches another: each has its own
+/// Serves the recorded streams of a folder, and live ones if asked to, to many viewers. A slow or dead viewer never touches another: each has its own
 /// place in the file, one group in memory at most, and time-outs.
 class Server {
 public:

@@ -19,7 +19,7 @@ enum class SourceState {
     connecting,    ///< no header yet, or blobs under way
     playing,       ///< groups flow, or could
     reconnecting,  ///< the connection dropped; `reason` says why; goes on by itself
-    ended,         ///< the last group has been handed out; seek() starts again
+    ended,         ///< the last group has been handed out; seek() starts again. A live stream goes on by itself when its publisher comes back
     failed,        ///< for good; `reason` says why
 };
 
@@ -35,16 +35,20 @@ struct SourceStatistics {
     std::uint64_t blobs_from_cache = 0;
     std::uint64_t blobs_fetched = 0;
     std::uint64_t groups = 0;           ///< handed out by next()
+    std::uint64_t objects = 0;          ///< of live streams, likewise
     std::uint64_t damaged_groups = 0;   ///< dropped, their checksum or content is wrong
     std::uint64_t stale_groups = 0;     ///< dropped, a seek overtook them
     std::uint32_t reconnects = 0;
     double round_trip = 0;              ///< seconds, the latest; 0: none measured (files)
 };
 
-/// One group handed out by a source, or the end of the stream.
+/// What a source hands out: one group of a recording, one object of a live stream, or the end of the stream.
 struct Arrival {
     std::uint32_t generation = 0;             ///< what seek() returned; 0 before the first seek
-    std::optional<protocol::Group> group;     ///< none: the stream has ended
+    std::optional<protocol::Group> group;
+    std::optional<protocol::LiveObject> object = {};
+
+    bool is_end() const { return !group && !object; }
 };
 
 struct SourceOptions {
@@ -85,15 +89,17 @@ public:
     virtual const Bytes* blob(const Hash& hash) const = 0;
 
     /// The next group: by group number, then slot; none when `timeout` passes without one. After the last group comes one
-    /// Arrival without a group. Groups that an earlier seek made stale never come.
+    /// Arrival that is the end. Groups that an earlier seek made stale never come. A live stream gives its objects instead, each slot's in order
+    /// and none left out inside a group; behind the end more may come.
     virtual std::optional<Arrival> next(std::chrono::milliseconds timeout) = 0;
 
-    /// Goes on from the group that contains `seconds`; returns the generation number of what comes from now on.
+    /// Goes on from the group that contains `seconds` (live: from the newest group); returns the generation number of what comes from now on.
     virtual std::uint32_t seek(double seconds) = 0;
     virtual void pause(bool paused) = 0;             ///< stops the server's clock; files ignore it
     virtual void set_rate(double rate) = 0;          ///< 0: unpaced
     virtual void select(std::uint64_t slots) = 0;    ///< bit s: slot s is wanted, from the next group on
 
+    virtual bool live() const { return false; }      ///< only when ready: comes while it is made, and cannot be sought
     virtual SourceStatus status() const = 0;
     virtual SourceStatistics statistics() const = 0;
 };

@@ -50,6 +50,7 @@ Viewer::Viewer(asio::ip::tcp::socket socket, ServerShared& shared, std::uint64_t
 }
 
 Viewer::~Viewer() {
+    close_stream();
     hold(0);
     --shared_.viewers;
     shared_.log(fmt::format("viewer {} left: {}", number_, why_));
@@ -77,6 +78,7 @@ void Viewer::drop(const std::string& why) {
     closed_ = true;
     why_ = why;
     wire_.close();
+    publication_.reset();
     bell_.cancel();
     guard_.cancel();
 }
@@ -86,6 +88,7 @@ void Viewer::close_with(const protocol::Message& last) {
     closing_since_ = Clock::now();
     last_ = protocol::encode(last);
     playing_ = false;
+    publication_.reset();   // viewers need not wait for its last words
     wanted_.clear();
     ring();
 }
@@ -115,7 +118,7 @@ void Viewer::hold(std::uint64_t bytes) {
 
 asio::awaitable<void> Viewer::read_messages() {
     while (!closing_since_) {
-        const auto raw = co_await wire_.read(protocol::kMaxControlBytes);
+        auto raw = co_await wire_.read(publication_ ? publication_->limit() : protocol::kMaxControlBytes);
         if (closed_) co_return;
         if (!raw) {
             if (raw.error().code == ErrorCode::unavailable) {
@@ -125,7 +128,10 @@ asio::awaitable<void> Viewer::read_messages() {
             fail(FailureCode::protocol, raw.error().message);
             break;
         }
-        if (!co_await handle(*raw)) break;
+        bool going = false;
+        if (publication_ && !protocol::is_control(raw->type)) going = co_await take_published(std::move(*raw));
+        else going = co_await handle(*raw);
+        if (!going) break;
     }
     // Closing with unread bytes would reset the connection and take our last words with it.
     if (!closed_) co_await wire_.drain();
@@ -157,12 +163,17 @@ asio::awaitable<bool> Viewer::handle(const RawMessage& raw) {
         reply(protocol::Pong{ping->token, clock_us()});
     } else if (std::holds_alternative<protocol::ListStreams>(message)) {
         co_await list();
-    } else if (const auto* asked = std::get_if<protocol::Open>(&message)) {
-        co_return co_await open(asked->name);
     } else if (std::holds_alternative<protocol::Bye>(message)) {
         drop("it said goodbye");
         co_return false;
-    } else if (!stream_) {
+    } else if (publication_) {
+        fail(FailureCode::protocol, "a publisher sends no " + protocol::name_of(raw.type));
+        co_return false;
+    } else if (const auto* asked = std::get_if<protocol::Open>(&message)) {
+        co_return co_await open(asked->name);
+    } else if (const auto* offered = std::get_if<protocol::Publish>(&message)) {
+        co_return co_await publish(offered->name);
+    } else if (!stream_ && !live_) {
         fail(FailureCode::protocol, protocol::name_of(raw.type) + " must follow OPEN");
         co_return false;
     } else if (const auto* hashes = std::get_if<protocol::Want>(&message)) {
@@ -203,10 +214,18 @@ asio::awaitable<void> Viewer::list() {
     Library* library = &shared_.library;
     const auto work = [library] { return library->list(); };
     Library::Listing listing = co_await off_thread(shared_.files, work);
-    reply(protocol::StreamList{std::move(listing.streams)});
+    protocol::StreamList streams{shared_.live.list()};
+    for (auto& recorded : listing.streams)
+        if (streams.streams.size() < protocol::kMaxStreams && !shared_.live.find(recorded.name)) streams.streams.push_back(std::move(recorded));
+    std::ranges::sort(streams.streams, {}, &protocol::StreamEntry::name);
+    reply(streams);
 }
 
 asio::awaitable<bool> Viewer::open(const std::string& name) {
+    if (auto live = shared_.live.find(name)) {
+        open_live(std::move(live));
+        co_return true;
+    }
     Library* library = &shared_.library;
     const auto work = [library, name] { return library->open(name); };
     auto opened = co_await off_thread(shared_.files, work);
@@ -214,10 +233,8 @@ asio::awaitable<bool> Viewer::open(const std::string& name) {
         fail(opened.error().code == ErrorCode::missing ? FailureCode::no_such_stream : FailureCode::damaged, opened.error().message);
         co_return false;
     }
+    close_stream();
     stream_ = *opened;
-    playing_ = announce_ = ended_ = false;
-    slots_ = ~std::uint64_t(0);
-    wanted_.clear();
     shared_.log(fmt::format("viewer {} opened '{}'", number_, printable(name)));
     reply(stream_->header());
     reply(stream_->catalogue());
@@ -225,7 +242,7 @@ asio::awaitable<bool> Viewer::open(const std::string& name) {
 }
 
 bool Viewer::want(const std::vector<Hash>& hashes) {
-    const auto& blobs = stream_->catalogue().blobs;
+    const auto& blobs = catalogue().blobs;
     for (const Hash& hash : hashes) {
         if (std::ranges::find(blobs, hash, &protocol::BlobInfo::hash) == blobs.end()) {
             fail(FailureCode::no_such_blob, fmt::format("the stream has no static blob {}", hash.hex().substr(0, 8)));
@@ -249,7 +266,8 @@ double Viewer::position() const {
 void Viewer::set_position(double seconds) {
     base_ = seconds;
     base_at_ = Clock::now();
-    entry_ = stream_->first_entry(stream_->group_at(seconds));
+    if (live_) next_record_ = live_->newest(), started_ = 0;
+    else entry_ = stream_->first_entry(stream_->group_at(seconds));
     announce_ = true;
     ended_ = false;
     ring();
@@ -273,6 +291,8 @@ asio::awaitable<void> Viewer::write_messages() {
             const Hash hash = wanted_.front();
             wanted_.pop_front();
             going = co_await send_blob(hash);
+        } else if (playing_ && live_) {
+            going = co_await play_live();
         } else if (playing_) {
             going = co_await play_on();
         } else {
@@ -295,6 +315,11 @@ asio::awaitable<bool> Viewer::send(ByteView message) {
 }
 
 asio::awaitable<bool> Viewer::send_blob(Hash hash) {
+    if (live_) {
+        const auto message = live_->blobs.at(hash);
+        ++shared_.blobs_sent;
+        co_return co_await send(*message);
+    }
     const auto stream = stream_;
     const auto work = [stream, hash] { return stream->blob_message(hash); };
     const auto message = co_await off_thread(shared_.files, work);

@@ -8,16 +8,18 @@
 #include <optional>
 
 #include "net/library.hpp"
+#include "net/live_stream.hpp"
 #include "net/server.hpp"
 #include "net/wire.hpp"
 
-/// One viewer of a server. Internal to this room.
+/// One viewer of a server, or one publisher. Internal to this room.
 namespace mien::net {
 
 /// What all viewers of a server share.
 struct ServerShared {
     const ServerOptions options;
     Library library;
+    LiveStreams live;                ///< on the server's thread only
     asio::thread_pool files{2};      ///< reads files, so that a slow disk never holds up the sockets
 
     std::atomic<std::uint64_t> viewers = 0, accepted = 0, refused = 0;
@@ -53,11 +55,17 @@ private:
     asio::awaitable<bool> open(const std::string& name);
     bool want(const std::vector<Hash>& hashes);
     asio::awaitable<void> list();
+    asio::awaitable<bool> publish(const std::string& name);
+    asio::awaitable<bool> take_published(RawMessage raw);
+    void open_live(std::shared_ptr<LiveStream> stream);
+    void close_stream();
+    const protocol::Catalogue& catalogue() const { return live_ ? live_->catalogue() : stream_->catalogue(); }
 
     asio::awaitable<bool> send(ByteView message);
     asio::awaitable<bool> send_blob(Hash hash);
     /// Sends the next thing play asks for: PLAYING, a group, END; or waits until there is something.
     asio::awaitable<bool> play_on();
+    asio::awaitable<bool> play_live();
     asio::awaitable<void> wait(std::optional<Clock::duration> longest);
 
     void reply(const protocol::Message& message);
@@ -85,6 +93,10 @@ private:
     std::deque<Hash> wanted_;
     std::uint64_t held_ = 0;                     ///< bytes counted in shared_.queued_bytes
 
+    std::unique_ptr<Publication> publication_;   ///< of a publisher; then nothing below is used
+    std::shared_ptr<LiveStream> live_;           ///< this or stream_ is what is open
+    std::uint64_t next_record_ = 0;              ///< of live_
+    std::uint64_t started_ = 0;                  ///< bit per slot whose group has been started here
     std::shared_ptr<const protocol::StreamFileReader> stream_;
     bool playing_ = false;                       ///< PLAY has come
     bool announce_ = false;                      ///< PLAYING is due

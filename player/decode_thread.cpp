@@ -13,7 +13,8 @@ constexpr std::size_t kBufferBytes = 192u << 20;  // decoded pictures that wait:
 constexpr std::size_t kBufferFrames = 60;
 constexpr double kStartSeconds = 0.2;             // of frames before playing starts: covers a decoder's burst
 
-std::size_t capacity_of(const StreamModel& stream) {
+std::size_t capacity_of(const StreamModel& stream, double delay) {
+    if (stream.live) return kBufferFrames + std::size_t(std::ceil(delay * stream.frame_rate.value()));
     const std::size_t picture = std::size_t(stream.texture_width) * stream.texture_height * 3 / 2;
     return picture ? std::clamp<std::size_t>(kBufferBytes / picture, 3, kBufferFrames) : kBufferFrames;
 }
@@ -24,9 +25,10 @@ std::size_t enough_of(const StreamModel& stream) {
 
 }  // namespace
 
-DecodeThread::DecodeThread(net::StreamSource& source, StreamModel& stream, SoundSink on_sound)
-    : source_(source), stream_(stream), on_sound_(std::move(on_sound)), groups_(stream),
-      buffer_(capacity_of(stream), enough_of(stream)), thread_([this] { run(); }) {}
+DecodeThread::DecodeThread(net::StreamSource& source, StreamModel& stream, SoundSink on_sound, double delay)
+    : source_(source), stream_(stream), on_sound_(std::move(on_sound)), groups_(stream), live_(stream),
+      buffer_(capacity_of(stream, delay), enough_of(stream)), live_clock_(stream.frame_rate.value(), delay),
+      thread_([this] { stream_.live ? run_live() : run(); }) {}
 
 DecodeThread::~DecodeThread() {
     {
@@ -84,6 +86,45 @@ void DecodeThread::run() {
     }
 }
 
+void DecodeThread::run_live() {
+    for (;;) {
+        {
+            std::unique_lock lock(mutex_);
+            changed_.wait(lock, [&] { return stopping_ || !idle_; });
+            if (stopping_) return;
+        }
+        const std::optional<net::Arrival> arrival = source_.next(50ms);
+        std::uint32_t generation = 0;
+        {
+            const std::lock_guard lock(mutex_);
+            if (restart_) live_.restart(), restart_.reset();
+            generation = generation_;
+            starved_ = !arrival;
+            if (arrival && arrival->generation == generation && arrival->is_end()) {
+                buffer_.finish();
+                changed_.notify_all();
+            }
+        }
+        if (!arrival || arrival->generation != generation || !arrival->object) continue;
+        const protocol::LiveObject& object = *arrival->object;
+        if (object.slot < bytes_.size()) bytes_[object.slot] += object.object.bytes.size();
+        for (PlayFrame& frame : live_.add(object)) push_live(std::move(frame), generation);
+        damaged_ = live_.damaged_groups();
+    }
+}
+
+void DecodeThread::push_live(PlayFrame frame, std::uint32_t generation) {
+    const std::lock_guard lock(mutex_);
+    if (generation_ != generation) return;
+    frame.decoded_at = std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+    live_clock_.arrived(frame.frame, frame.decoded_at);
+    buffer_.resume();
+    buffer_.make_room();
+    buffer_.push(std::move(frame));
+    ++decoded_;
+    changed_.notify_all();
+}
+
 void DecodeThread::pull() {
     std::optional<net::Arrival> arrival = source_.next(groups_.has_work() ? 0ms : 50ms);
     if (!arrival) return;
@@ -133,6 +174,11 @@ std::optional<PlayFrame> DecodeThread::take(std::int64_t due) {
     auto frame = buffer_.take(due);
     if (frame) changed_.notify_all();
     return frame;
+}
+
+std::optional<PlayFrame> DecodeThread::take_live(double now) {
+    const std::lock_guard lock(mutex_);
+    return buffer_.take(live_clock_.due(now));
 }
 
 std::optional<PlayFrame> DecodeThread::pop() {

@@ -9,6 +9,8 @@
 
 #include "player/group_decoder.hpp"
 #include "player/jitter_buffer.hpp"
+#include "player/live_clock.hpp"
+#include "player/live_decoder.hpp"
 #include "protocol/limits.hpp"
 
 namespace mien::player {
@@ -19,9 +21,9 @@ class DecodeThread {
 public:
     using SoundSink = std::function<void(decoder::SoundDecoder::Block block)>;
 
-    /// `source` and `stream` outlive it. `on_sound` is called from the decode thread, in order of time. Nothing is read until
+    /// delay: seconds that frames of a live stream wait to be shown evenly. `source` and `stream` outlive it. `on_sound` is called from the decode thread, in order of time. Nothing is read until
     /// start() or seek().
-    DecodeThread(net::StreamSource& source, StreamModel& stream, SoundSink on_sound);
+    DecodeThread(net::StreamSource& source, StreamModel& stream, SoundSink on_sound, double delay = 0);
     ~DecodeThread();
 
     /// Begins where the source does; frames before `first_frame` are left out.
@@ -33,12 +35,13 @@ public:
     void set_due(std::int64_t frame) { due_ = frame; }
 
     std::optional<PlayFrame> take(std::int64_t due);    ///< JitterBuffer::take
+    std::optional<PlayFrame> take_live(double now);     ///< of a live stream: the newest that is due
     std::optional<PlayFrame> pop();                     ///< JitterBuffer::pop
     /// Waits for the next frame in order; none at the end, or when `give_up` answers true (asked a few times a second).
     std::optional<PlayFrame> wait_pop(const std::function<bool()>& give_up);
     bool ready() const;
     bool empty() const;
-    bool drained() const;                       ///< the stream has ended and every frame was taken
+    bool drained() const;                       ///< the stream has ended and every frame was taken; live: until it goes on
     bool starved() const;                       ///< nothing to decode either: the source is behind
     std::size_t buffered() const;
     std::uint64_t dropped() const;
@@ -48,6 +51,8 @@ public:
 
 private:
     void run();
+    void run_live();
+    void push_live(PlayFrame frame, std::uint32_t generation);
     void pull();
     void push(PlayFrame frame, std::uint32_t generation);
 
@@ -55,10 +60,12 @@ private:
     StreamModel& stream_;
     SoundSink on_sound_;
     GroupDecoder groups_;                       // decode thread only
+    LiveDecoder live_;                          // likewise
 
     mutable std::mutex mutex_;
     std::condition_variable changed_;
     JitterBuffer buffer_;
+    LiveClock live_clock_;
     std::uint32_t generation_ = 0;              // of the source, since the last seek
     std::optional<std::int64_t> restart_;       // first frame wanted by a seek that the thread has not seen
     bool idle_ = true;                          // until start() or seek()

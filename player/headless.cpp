@@ -54,6 +54,8 @@ private:
     Result<void> make_movie();
     Result<void> make_sheet();
     Result<void> measure();
+    Result<void> make_live();
+    Result<PlayFrame> next_live();
     Result<void> movie_frame(const PlayFrame& frame, render::Target& target);
     void sheet_moment(int moment);
     void show(const PlayFrame& frame);
@@ -100,6 +102,16 @@ Result<void> HeadlessRun::open() {
     session_ = std::move(session);
     const StreamModel& stream = *session_.stream;
     const double rate = stream.frame_rate.value();
+    if (stream.live) {
+        if (!options_.sheet.empty() || !options_.compare.empty() || options_.benchmark || options_.first_frame || options_.time > 0)
+            return Error{ErrorCode::invalid, "this stream is live: it can be captured with --output and --seconds, from now on; --sheet, --compare, --benchmark, --time and "
+                                             "--frames are for recordings"};
+        context_.emplace();
+        statistics_.renderer = render::renderer_name();
+        face_.emplace(stream);
+        return {};
+    }
+    if (options_.seconds) return Error{ErrorCode::invalid, "--seconds is for live streams; use --frames"};
     first_ = options_.first_frame.value_or(std::int64_t(std::floor(options_.time * rate + 1e-6)));
     end_ = options_.end_frame.value_or(stream.frames > 0 ? stream.frames : first_ + std::int64_t(std::ceil(10 * rate)));
     if (stream.frames > 0) end_ = std::min(end_, stream.frames);
@@ -123,6 +135,46 @@ Result<PlayFrame> HeadlessRun::next_frame() {
     if (auto frame = session_.decode->wait_pop(failed)) return std::move(*frame);
     if (failed()) return Error{ErrorCode::unavailable, session_.source->status().reason};
     return Error{ErrorCode::truncated, "the stream ended before the last frame that was asked for"};
+}
+
+/// As next_frame(), but a live stream owes us nothing: `missing` when it has ended or nothing comes.
+Result<PlayFrame> HeadlessRun::next_live() {
+    const double until = steady_seconds() + options_.wait;
+    const auto over = [&] { return session_.source->status().state == net::SourceState::failed || steady_seconds() > until; };
+    if (auto frame = session_.decode->wait_pop(over)) return std::move(*frame);
+    const net::SourceStatus status = session_.source->status();
+    if (status.state == net::SourceState::failed) return Error{ErrorCode::missing, status.reason};
+    if (session_.decode->drained()) return Error{ErrorCode::missing, "the live stream has ended"};
+    return Error{ErrorCode::missing, fmt::format("no frame of the live stream came in {:.0f} s", options_.wait)};
+}
+
+/// From the newest frame on, for as long as was asked, or until the stream ends.
+Result<void> HeadlessRun::make_live() {
+    session_.decode->start();
+    MIEN_TRY(first, next_live());
+    first_ = first.frame;
+    if (wants_png()) {
+        show(first);
+        render::Target target(options_.width, options_.height, render::Smoothing::supersample);
+        io::write_image(options_.output, picture(face_->framing(float(options_.width) / float(options_.height), options_.view), target));
+        return drawn(), Result<void>();
+    }
+    const Rational own = session_.stream->frame_rate;
+    end_ = first_ + std::max<std::int64_t>(1, std::llround(options_.seconds.value_or(10) * own.value()));
+    movie_ = media::VideoWriter::movie(options_.output, options_.width, options_.height, options_.frame_rate.value_or(own), {});
+    render::Target target(options_.width, options_.height, render::live_smoothing());
+    for (Result<PlayFrame> frame = std::move(first); ; frame = next_live()) {
+        if (!frame.ok()) {
+            fmt::print(stderr, "mien-play: {}; the movie ends there\n", frame.error().message);
+            break;
+        }
+        if (frame->frame >= end_) break;
+        MIEN_CHECK(movie_frame(*frame, target));
+        tell(frame->frame);
+        if (frame->frame + 1 == end_) break;
+    }
+    movie_->finish();
+    return {};
 }
 
 /// Reads from `frame` on. What has not begun yet is begun where the source is, so that nothing is read twice.
@@ -306,13 +358,15 @@ Result<void> HeadlessRun::measure() {
 
 Result<void> HeadlessRun::run() {
     MIEN_CHECK(open());
+    const bool live = session_.stream->live;
+    if (live) MIEN_CHECK(make_live());
     if (!options_.sheet.empty()) {
         sheet_.emplace(first_, end_, kTileWidth, kTileHeight);
         sheet_target_.emplace(kTileWidth, kTileHeight, render::Smoothing::supersample);
     }
-    if (wants_png()) MIEN_CHECK(make_picture());
+    if (wants_png() && !live) MIEN_CHECK(make_picture());
     if (options_.benchmark) MIEN_CHECK(measure());
-    if (wants_movie()) {
+    if (wants_movie() && !live) {
         MIEN_CHECK(make_movie());
     } else if (sheet_) {
         MIEN_CHECK(make_sheet());

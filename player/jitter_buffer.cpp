@@ -13,6 +13,10 @@ void JitterBuffer::push(PlayFrame frame) {
     frames_.push_back(std::move(frame));
 }
 
+void JitterBuffer::make_room() {
+    for (; !has_room(); ++dropped_) frames_.pop_front();
+}
+
 void JitterBuffer::clear() {
     frames_.clear();
     finished_ = false;

@@ -18,6 +18,9 @@ public:
     bool has_room() const { return frames_.size() < capacity_; }
     void push(PlayFrame frame);                  ///< in ascending order, only when there is room
     void finish() { finished_ = true; }          ///< no more frames will come
+    void resume() { finished_ = false; }         ///< more come after all: a live stream whose publisher is back
+    /// Makes room by leaving out the oldest: what is live does not wait.
+    void make_room();
     void clear();                                ///< after a seek
 
     /// Enough to start or go on after running empty.

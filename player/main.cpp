@@ -40,7 +40,7 @@ int list_streams(const std::string& server) {
     if (!url.ok()) return fmt::print(stderr, "mien-play: {}\n", url.error().message), 1;
     auto streams = net::list_streams(*url);
     if (!streams.ok()) return fmt::print(stderr, "mien-play: {}\n", streams.error().message), 1;
-    for (const auto& stream : *streams) fmt::print("{}\n", stream.name);
+    for (const auto& stream : *streams) fmt::print("{}{}\n", stream.name, stream.live ? "  live" : "");
     return 0;
 }
 
@@ -57,6 +57,7 @@ int main(int argc, char** argv) {
         "r reset the view, ? help, q quit. Mouse: left button orbits, right or middle pans, wheel zooms; drop a file to play it.");
     std::string view = "front", size, frames, fps, cache = "default";
     bool no_sound = false;
+    double delay = 1000 * options.delay;
     app.add_option("input", options.input, "mien://HOST[:PORT]/NAME or a .mien file");
     app.add_flag("--headless", options.headless, "no window: write --output and/or --sheet");
     app.add_option("-o,--output", options.output, "headless: a .png or .mp4");
@@ -68,6 +69,9 @@ int main(int argc, char** argv) {
     app.add_option("--size", size, "WxH of the picture or window")->check([&](const std::string& s) { return check_size(s, options); });
     app.add_option("--time", options.time, "start at this second")->check(CLI::NonNegativeNumber);
     app.add_option("--frames", frames, "A:B, headless: only these")->check([&](const std::string& s) { return check_frames(s, options); });
+    app.add_option("--delay", delay, "milliseconds that frames of a live stream wait to be shown evenly; 0 shows them as they come")
+        ->check(CLI::Range(0.0, 5000.0))->capture_default_str();
+    app.add_option("--seconds", options.seconds, "headless: how much of a live stream (default 10)")->check(CLI::Range(0.05, 86400.0));
     app.add_option("--fps", fps, "frame rate of the .mp4, as 25 or 30000/1001");
     app.add_option("--cache", cache, "folder for blobs kept between runs, or none");
     app.add_option("--wait", options.wait, "seconds to wait for the stream")->check(CLI::PositiveNumber);
@@ -83,6 +87,7 @@ int main(int argc, char** argv) {
     }
 
     options.sound = !no_sound;
+    options.delay = delay / 1000;
     options.view = *render::parse_view(view);
     const auto complain = [](std::string_view message) { return fmt::print(stderr, "mien-play: {}\n", message), 2; };
     if (!fps.empty()) {
@@ -111,7 +116,7 @@ int main(int argc, char** argv) {
         }
         for (const auto* path : {&options.output, &options.sheet, &options.compare})
             if (!path->empty()) return complain("--output, --sheet and --compare need --headless");
-        if (options.benchmark) return complain("--benchmark needs --headless");
+        if (options.benchmark || options.seconds) return complain("--benchmark and --seconds need --headless");
         return player::run_window(options, process_start);
     } catch (const EnvironmentError& error) {
         fmt::print(stderr, "mien-play: {}\n", error.what());

@@ -28,6 +28,8 @@ struct Options {
     bool list = false;
     bool sound = true;
     std::size_t motion_rung = 63;                        ///< highest rung of motion to ask for
+    double delay = 0.05;                                 ///< seconds that frames of a live stream wait to be shown evenly
+    std::optional<double> seconds;                       ///< headless: how much of a live stream
     double wait = 20;                                    ///< seconds to wait for the stream to be ready
 };
 

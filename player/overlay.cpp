@@ -87,6 +87,12 @@ void Overlay::draw(const Content& content) {
         list->AddCircleFilled({at, y}, 5 * scale_, IM_COL32(244, 214, 190, 255));
         list->AddText({size.x - margin - text, y - 7 * scale_}, IM_COL32(230, 230, 230, 220), content.clock.c_str());
     }
+    if (content.live) {
+        ImDrawList* list = ImGui::GetForegroundDrawList();
+        const float y = size.y - 14 * scale_, text = ImGui::CalcTextSize("live").x;
+        list->AddCircleFilled({size.x - 2 * margin - text, y}, 4 * scale_, IM_COL32(236, 84, 70, 255));
+        list->AddText({size.x - margin - text, y - 7 * scale_}, IM_COL32(230, 230, 230, 220), "live");
+    }
     ImGui::Render();
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }

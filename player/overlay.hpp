@@ -22,6 +22,7 @@ public:
         bool help = false;
         double time_line = -1;                 ///< 0 .. 1; negative: none
         std::string clock;                     ///< beside the time line
+        bool live = false;                     ///< a sign in the lower right corner, instead of the time line
     };
     void draw(const Content& content);
 

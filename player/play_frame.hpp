@@ -11,7 +11,8 @@ namespace mien::player {
 struct PlayFrame {
     std::int64_t frame = 0;
     model::Motion motion;
-    std::optional<decoder::TextureFrame> texture;   ///< none when the stream has no texture track
+    std::optional<decoder::TextureFrame> texture = {};   ///< none when the stream has no texture track
+    double decoded_at = 0;                          ///< steady seconds; of a live stream
 };
 
 }  // namespace mien::player

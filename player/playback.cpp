@@ -27,6 +27,7 @@ std::optional<PlayFrame> Playback::shown(std::optional<PlayFrame> frame) {
 
 std::optional<PlayFrame> Playback::tick(double now) {
     DecodeThread& decode = *session_.decode;
+    if (live()) return tick_live(now);
     if (show_next_) {
         auto frame = decode.pop();
         if (!frame) return std::nullopt;
@@ -66,7 +67,28 @@ std::optional<PlayFrame> Playback::tick(double now) {
     return shown(std::move(frame));
 }
 
+std::optional<PlayFrame> Playback::tick_live(double now) {
+    constexpr double kSilence = 1;   // seconds without a frame
+    if (paused_) return std::nullopt;
+    auto frame = session_.decode->take_live(now);
+    ended_ = !frame && session_.decode->drained();
+    if (frame) {
+        waiting_ = false;
+        fresh_until_ = now + kSilence;
+    } else if (ended_) {
+        waiting_ = false;
+    } else if (now > fresh_until_ && !waiting_) {
+        waiting_ = true;
+        ++stalls_;
+    }
+    return shown(std::move(frame));
+}
+
 void Playback::toggle_pause(double now) {
+    if (live()) {
+        paused_ = !paused_;
+        return session_.source->pause(paused_);
+    }
     if (ended_) return seek(now, 0);
     paused_ = !paused_;
     if (!paused_ && stepped_) seek(now, shown_frame_ / frame_rate_);   // sound stayed where the pause began
@@ -75,6 +97,7 @@ void Playback::toggle_pause(double now) {
 }
 
 void Playback::seek(double now, double seconds) {
+    if (live()) return;
     const double end = session_.stream->frames > 0 ? (session_.stream->frames - 1) / frame_rate_ : seconds;
     // On a frame's own time, so that the clock and the frame agree when it comes.
     const double target = std::round(std::clamp(seconds, 0.0, std::max(0.0, end)) * frame_rate_) / frame_rate_;
@@ -89,6 +112,7 @@ void Playback::seek(double now, double seconds) {
 }
 
 void Playback::step(double now, int frames) {
+    if (live()) return;
     if (!paused_) toggle_pause(now);
     if (ended_) return seek(now, shown_frame_ / frame_rate_);
     if (frames == 1 && !session_.decode->empty() && !show_next_) {
@@ -101,6 +125,7 @@ void Playback::step(double now, int frames) {
 }
 
 void Playback::set_rate(double now, double rate) {
+    if (live()) return;
     rate = std::clamp(rate, 0.25, 4.0);
     clock_.set_rate(now, rate);
     if (sound_) sound_->set_rate(rate);
@@ -113,6 +138,7 @@ void Playback::toggle_mute() {
 }
 
 double Playback::position(double now) const {
+    if (live()) return double(shown_frame_) / frame_rate_;
     const double length = session_.stream->seconds();
     return length > 0 ? std::clamp(clock_.at(now), 0.0, length) : clock_.at(now);
 }

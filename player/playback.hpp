@@ -32,6 +32,7 @@ public:
     bool muted() const { return muted_; }
     bool waiting() const { return waiting_ && !paused_; }   ///< for the network
     bool ended() const { return ended_; }
+    bool live() const { return session_.stream->live; }     ///< then only toggle_pause() does anything
     bool has_sound() const { return sound_ != nullptr; }
     /// Sound heard minus picture shown, seconds; none when there is no sound to be heard.
     std::optional<double> sound_lead(double now) const;
@@ -39,6 +40,7 @@ public:
     const Session& session() const { return session_; }
 
 private:
+    std::optional<PlayFrame> tick_live(double now);
     void start(double now);
     void halt(double now);
     std::optional<PlayFrame> shown(std::optional<PlayFrame> frame);
@@ -52,6 +54,7 @@ private:
     bool stepped_ = false;                         // frame by frame while paused; sound did not follow
     std::int64_t shown_frame_ = 0;
     std::uint32_t stalls_ = 0;
+    double fresh_until_ = 0;                       // live: when no frame has come by then, we wait for one
 };
 
 }  // namespace mien::player

@@ -46,7 +46,7 @@ Result<Session> open_session(const std::string& input, SessionOptions options) {
     session.source->select(sound_only ? std::uint64_t(1) << session.stream->sound_slot : session.stream->slots());
     session.decode = std::make_unique<DecodeThread>(
         *session.source, *session.stream,
-        options.sound_sink ? options.sound_sink(*session.stream) : DecodeThread::SoundSink{});
+        options.sound_sink ? options.sound_sink(*session.stream) : DecodeThread::SoundSink{}, options.delay);
     return session;
 }
 

@@ -24,6 +24,7 @@ struct SessionOptions {
     bool sound = true;
     std::size_t motion_rungs = 64;          ///< at most
     bool sound_first = false;               ///< only the sound is asked for at first, when there is any
+    double delay = 0;                       ///< seconds that frames of a live stream wait to be shown evenly
     double wait = 20;                       ///< seconds until the stream must be ready
     /// Where decoded sound goes; may be set by what is known only after the header has come.
     std::function<DecodeThread::SoundSink(const StreamModel&)> sound_sink;

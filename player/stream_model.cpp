@@ -55,7 +55,8 @@ Result<StreamModel> open_stream_model(const net::StreamSource& source, bool with
     stream.composed = model::compose(stream.model, stream.motion.basis());
     stream.frame_rate = header.frame_rate;
     stream.frames = std::int64_t(header.frames);
-    if (const auto* track = first_track(header, protocol::TrackKind::texture)) {
+    stream.live = source.live();
+    if (const auto* track = stream.live ? nullptr : first_track(header, protocol::TrackKind::texture)) {
         MIEN_TRY(texture, decoder::TextureDecoder::create(*track, base_rung(*track)));
         const auto& shown = std::get<protocol::TextureInfo>(track->info);
         stream.texture.emplace(std::move(texture));
@@ -72,7 +73,7 @@ Result<StreamModel> open_stream_model(const net::StreamSource& source, bool with
             break;
         }
     }
-    if (const auto* track = with_sound ? first_track(header, protocol::TrackKind::sound) : nullptr) {
+    if (const auto* track = with_sound && !stream.live ? first_track(header, protocol::TrackKind::sound) : nullptr) {
         MIEN_TRY(sound, decoder::SoundDecoder::create(*track, base_rung(*track)));
         stream.sound.emplace(std::move(sound));
         stream.sound_slot = base_rung(*track).slot;

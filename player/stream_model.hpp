@@ -21,7 +21,8 @@ struct StreamModel {
     std::vector<std::uint8_t> motion_slots;  ///< of the rungs that are used, the one that stands alone first
     std::uint8_t texture_slot = 0, sound_slot = 0;
     Rational frame_rate;
-    std::int64_t frames = 0;                ///< 0: live
+    std::int64_t frames = 0;                ///< 0: live, or a recording that was broken off
+    bool live = false;                      ///< comes while it is made; then its motion alone is shown
     int texture_width = 0, texture_height = 0;
     int sample_rate = 48000;
 

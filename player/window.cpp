@@ -55,6 +55,7 @@ Opened open_stream(const Options& options, std::string input, std::shared_ptr<st
     wanted.sound = options.sound;
     wanted.motion_rungs = options.motion_rung + 1;
     wanted.wait = options.wait;
+    wanted.delay = options.delay;
     wanted.give_up = [cancelled] { return cancelled->load(); };
     Opened opened;
     wanted.sound_sink = [&](const StreamModel& stream) -> DecodeThread::SoundSink {
@@ -198,7 +199,7 @@ void PlayerWindow::poll_opening(double now) {
     }
     if (!opened.no_sound.empty()) say(fmt::format("silent: {}", opened.no_sound), now);
     face_ = std::make_unique<FaceView>(*opened.session->stream);
-    glfwSetWindowTitle(window_.get(), fmt::format("{} - mien", opened.session->source->header().name).c_str());
+    glfwSetWindowTitle(window_.get(), fmt::format("{}{} - mien", opened.session->source->header().name, opened.session->stream->live ? " (live)" : "").c_str());
     playback_ = std::make_unique<Playback>(std::move(*opened.session), std::move(opened.sound), options_.loop);
     if (options_.time > 0) playback_->seek(now, options_.time);
 }
@@ -208,6 +209,10 @@ void PlayerWindow::key(int key, double now) {
     dirty_ = true;
     if (key == GLFW_KEY_ESCAPE && glfwGetWindowMonitor(window_.get())) return toggle_full_screen();
     if (!playback_) return;
+    if (playback_->live() && key != GLFW_KEY_SPACE) {
+        const bool seeks = key == GLFW_KEY_LEFT || key == GLFW_KEY_RIGHT || key == GLFW_KEY_UP || key == GLFW_KEY_DOWN || key == GLFW_KEY_HOME;
+        return seeks ? say("live: there is nothing to seek in", now) : void();
+    }
     switch (key) {
         case GLFW_KEY_SPACE: return playback_->toggle_pause(now);
         case GLFW_KEY_LEFT: return playback_->seek_by(now, -5);
@@ -235,6 +240,7 @@ void PlayerWindow::character(unsigned code, double now) {
         case ',': return playback_->step(now, -1);
         case '[':
         case ']':
+            if (playback_->live()) return;
             playback_->set_rate(now, playback_->rate() * (code == '[' ? 1 / 1.1 : 1.1));
             return say(fmt::format("speed {:.2f}", playback_->rate()), now);
         case 'm':
@@ -313,9 +319,13 @@ Overlay::Content PlayerWindow::content(double now) {
         content.message = fmt::format("connection lost, reconnecting ({})", status.reason);
     } else if (status.state == net::SourceState::failed) {
         content.message = fmt::format("connection lost: {}", status.reason);
+    } else if (playback_->live() && playback_->ended()) {
+        content.message = "the live stream has ended; it goes on here when its sender comes back";
     } else if (playback_->waiting() && content.message.empty()) {
-        content.message = "waiting for data";
+        content.message = playback_->live() ? "waiting for live data" : "waiting for data";
     }
+    content.live = playback_->live() && !playback_->ended();
+    if (content.live && playback_->paused() && content.message.empty()) content.message = "paused";
     if (show_statistics_) content.statistics = statistics_lines(now);
     const double length = playback_->session().stream->seconds();
     if (length > 0 && (playback_->paused() || now - last_input_ < 2)) {
@@ -361,7 +371,7 @@ int PlayerWindow::run() {
             shown_per_second_ = counted_ / (now - counted_since_);
             counted_since_ = now;
             counted_ = 0;
-            dirty_ = dirty_ || show_statistics_ || !playback_ || playback_->waiting();
+            dirty_ = dirty_ || show_statistics_ || !playback_ || playback_->waiting() || playback_->live();
         }
         // Messages and the time line come and go by themselves.
         const bool overlaid = now < message_until_ || now - last_input_ < 2;

@@ -46,6 +46,8 @@ void write_body(ByteWriter& out, const Ping& ping);
 void write_body(ByteWriter& out, const Pong& pong);
 void write_body(ByteWriter& out, const Failure& failure);
 void write_body(ByteWriter& out, const Bye& bye);
+void write_body(ByteWriter& out, const Publish& publish);
+void write_body(ByteWriter& out, const Publishing& publishing);
 
 Result<StreamHeader> read_header(ByteView body);
 Result<Catalogue> read_catalogue(ByteView body);
@@ -55,7 +57,7 @@ Result<End> read_end(ByteView body);
 Result<Index> read_index(ByteView body);
 Result<Trailer> read_trailer(ByteView body);
 Result<GroupStart> read_group_start(ByteView body);
-/// HELLO to BYE, of which none carries anything large.
+/// HELLO to PUBLISHING, of which none carries anything large.
 Result<Message> read_control(MessageType type, ByteView body);
 
 }  // namespace mien::protocol

@@ -129,6 +129,14 @@ void write_body(ByteWriter& out, const Failure& failure) {
     out.text(clip_text(failure.text, kMaxText));
 }
 void write_body(ByteWriter&, const Bye&) {}
+void write_body(ByteWriter& out, const Publish& publish) {
+    assert(publish.name.size() <= kMaxName);
+    out.text(publish.name);
+}
+void write_body(ByteWriter& out, const Publishing& publishing) {
+    out.varint(publishing.group);
+    out.varint(publishing.frames);
+}
 
 Result<Message> read_control(MessageType type, ByteView body) {
     ByteReader in(body);
@@ -179,11 +187,23 @@ Result<Message> read_control(MessageType type, ByteView body) {
         }
         case MessageType::failure: {
             const std::uint8_t code = in.u8();
-            if (code < 1 || code > static_cast<std::uint8_t>(FailureCode::shutting_down)) in.fail();
+            if (code < 1 || code > static_cast<std::uint8_t>(FailureCode::name_taken)) in.fail();
             Failure failure{static_cast<FailureCode>(code), in.text(kMaxText)};
             return finish(in, std::move(failure));
         }
         case MessageType::bye: return finish(in, Bye{});
+        case MessageType::publish: {
+            Publish publish{in.text(kMaxName)};
+            return finish(in, std::move(publish));
+        }
+        case MessageType::publishing: {
+            Publishing publishing;
+            const std::uint64_t group = in.varint();
+            publishing.frames = in.varint();
+            if (group > kMaxGroups || publishing.frames > std::uint64_t(kMaxTicks)) in.fail();
+            publishing.group = static_cast<std::uint32_t>(group);
+            return finish(in, publishing);
+        }
         default: return damaged("this type is no control message");
     }
 }

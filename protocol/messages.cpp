@@ -36,6 +36,8 @@ std::string_view plain_name(std::uint8_t type) {
         case MessageType::pong: return "PONG";
         case MessageType::failure: return "FAILURE";
         case MessageType::bye: return "BYE";
+        case MessageType::publish: return "PUBLISH";
+        case MessageType::publishing: return "PUBLISHING";
         case MessageType::live_object: break;
     }
     return type >= 0x40 && type < 0x40 + kMaxSlots ? "LIVE OBJECT" : "";
@@ -68,6 +70,8 @@ MessageType type_of(const Ping&) { return MessageType::ping; }
 MessageType type_of(const Pong&) { return MessageType::pong; }
 MessageType type_of(const Failure&) { return MessageType::failure; }
 MessageType type_of(const Bye&) { return MessageType::bye; }
+MessageType type_of(const Publish&) { return MessageType::publish; }
+MessageType type_of(const Publishing&) { return MessageType::publishing; }
 
 template <class T>
 Result<Message> as_message(Result<T> result) {

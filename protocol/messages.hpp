@@ -47,12 +47,14 @@ enum class MessageType : std::uint8_t {
     pong = 0x2c,
     failure = 0x2d,
     bye = 0x2e,
+    publish = 0x2f,
+    publishing = 0x30,
     // 0x40 | slot: one object of a live stream.
     live_object = 0x40,
 };
 /// "GROUP", "LIVE OBJECT"; "message 0x7f" for what has no name.
 std::string name_of(std::uint8_t type);
-/// HELLO to BYE: short messages, the only ones that a server takes.
+/// HELLO to PUBLISHING: short messages, the only ones that a server takes from a viewer.
 constexpr bool is_control(std::uint8_t type) { return type >= 0x20 && type < 0x40; }
 /// "shape", "motion basis", ...; empty for what is none.
 std::string_view name_of(BlobKind kind);
@@ -152,6 +154,8 @@ enum class FailureCode : std::uint8_t {
     busy = 6,         ///< Too many viewers.
     timeout = 7,
     shutting_down = 8,
+    no_publishing = 9,  ///< The server takes no streams, or not from there.
+    name_taken = 10,    ///< Somebody else publishes under this name, or it is that of a recording.
 };
 /// Why the sender closes the connection after this message.
 struct Failure {
@@ -159,10 +163,19 @@ struct Failure {
     std::string text;
 };
 struct Bye {};
+/// Asks to send a live stream under this name; HEADER and CATALOGUE follow at once.
+struct Publish {
+    std::string name;
+};
+/// The server takes the stream. Groups and times go on from those that viewers have had under this name and header.
+struct Publishing {
+    std::uint32_t group = 0;       ///< the least number that the first GROUP START may have
+    std::uint64_t frames = 0;      ///< visual frames before: its least time, in frames
+};
 
 using Message = std::variant<StreamHeader, Catalogue, StaticBlob, Group, End, Index, Trailer, GroupStart, LiveBytes, Hello,
                              ListStreams, StreamList, Open, Want, Play, Playing, Pause, Seek, SetRate, Select, Ping, Pong,
-                             Failure, Bye>;
+                             Failure, Bye, Publish, Publishing>;
 
 /// A whole message: type, length and body. Static blobs are packed with zstd when that makes them smaller.
 Bytes encode(const Message& message);

@@ -148,7 +148,7 @@ struct LiveObject {
     std::uint8_t slot = 0;
     std::uint32_t group = 0;
     std::int64_t first_time = 0;
-    std::uint8_t index = 0;                  ///< of the object in its group, modulo 256; 0 starts the group
+    std::uint32_t index = 0;                 ///< of the object in its group; 0 starts the group
     Object object;
 };
 

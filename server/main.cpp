@@ -16,7 +16,7 @@ int serve(mien::net::ServerOptions options, bool quiet) {
     mien::net::Server server(options);
     for (const std::string& complaint : server.unreadable()) fmt::print(stderr, "mien-serve: not served: {}\n", complaint);
     const auto streams = server.streams();
-    if (streams.empty()) {
+    if (streams.empty() && !options.publish) {
         fmt::print(stderr, "mien-serve: {} holds no stream that can be served; make one with: mien encode CLIP -o {}/NAME.mien\n",
                    options.folder.string(), options.folder.string());
         return kNothingToServe;
@@ -42,10 +42,11 @@ int main(int argc, char** argv) {
     mien::net::ServerOptions options;
     std::string folder;
     bool quiet = false;
-    app.add_option("folder", folder, "Folder with *.mien files; new files are served as they appear")->required();
+    app.add_option("folder", folder, "Folder with *.mien files; new files are served as they appear. May be empty with --publish")->required();
     app.add_option("--port", options.port, "TCP port; 0 picks a free one")->capture_default_str();
     app.add_option("--bind", options.bind, "Address to listen on; 0.0.0.0 or :: serves the whole network")->capture_default_str();
     app.add_option("--max-viewers", options.max_viewers, "Viewers at one time")->capture_default_str()->check(CLI::Range(1, 1000000));
+    app.add_flag("--publish", options.publish, "Take live streams (mien live) from programs on this machine");
     app.add_option("--ahead", options.ahead, "Seconds that are sent before they are due")->capture_default_str()->check(CLI::Range(0.0, 3600.0));
     app.add_flag("--quiet", quiet, "Say nothing but the line 'listening on ...' and what goes wrong");
     try {

@@ -14,5 +14,7 @@ void add_verify(CLI::App& mien, int& code);
 void add_train(CLI::App& mien, int& code);
 void add_remap(CLI::App& mien, int& code);
 void add_evaluate(CLI::App& mien, int& code);
+void add_live(CLI::App& mien, int& code);
+void add_send(CLI::App& mien, int& code);
 
 }  // namespace mien::tools

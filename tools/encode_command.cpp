@@ -16,12 +16,13 @@
 #include "tools/console.hpp"
 #include "tools/model_file.hpp"
 #include "tools/stored_stream.hpp"
+#include "tools/training_take.hpp"
 
 namespace mien::tools {
 namespace {
 
 struct Request {
-    std::string clip, output, name, fps, model;
+    std::string clip, output, name, fps, model, basis;
     std::string motion = "auto", preset = "file", group = "1", unit;
     std::optional<double> rms, peak, motion_kbps;
     std::string texture_codec = "h264", texture_speed;
@@ -76,12 +77,12 @@ private:
     int fd_ = -1;
 };
 
-Result<encoder::StreamOptions> stream_options(const Request& request, const Clip& clip) {
+Result<encoder::StreamOptions> stream_options(const Request& request, const Clip& clip, const std::optional<StoredTake>& take) {
     using protocol::MotionKind;
     encoder::StreamOptions options;
     options.name = request.name;
     // A trained model brings the whole face, its colour too: markers alone are sent, and a video of the skin only if asked for.
-    MotionKind kind = !request.model.empty() ? MotionKind::markers : clip.vertices ? MotionKind::vertices : clip.markers ? MotionKind::markers : MotionKind::weights;
+    MotionKind kind = take ? take->take.info.kind : !request.model.empty() ? MotionKind::markers : clip.vertices ? MotionKind::vertices : clip.markers ? MotionKind::markers : MotionKind::weights;
     if (request.motion == "vertices") kind = MotionKind::vertices;
     if (request.motion == "markers") kind = MotionKind::markers;
     if (request.motion == "weights") kind = MotionKind::weights;
@@ -108,7 +109,7 @@ Result<encoder::StreamOptions> stream_options(const Request& request, const Clip
             return Error{ErrorCode::invalid, "--group takes seconds (up to 3600) or 'whole', not '" + request.group + "'"};
         }
     }
-    if (request.no_texture || (!request.model.empty() && !request.texture_asked)) {
+    if (request.no_texture || ((!request.model.empty() || take) && !request.texture_asked)) {
         options.texture.reset();
     } else {
         options.texture->codec = request.texture_codec;
@@ -143,9 +144,19 @@ Result<int> encode(const Request& request) {
     MIEN_TRY(loaded, io::load_clip(request.clip, load));
     for (const std::string& text : loaded.warnings) warn(text);
     const Clip& clip = loaded.clip;
-    MIEN_TRY(options, stream_options(request, clip));
+    std::optional<StoredTake> take;
+    if (!request.basis.empty()) {
+        MIEN_TRY(stored, read_take(request.basis));
+        take = std::move(stored);
+    }
+    MIEN_TRY(options, stream_options(request, clip, take));
+    if (take) {
+        options.motion.training = &take->take;
+        options.model = take->model;
+    }
     if (!request.model.empty()) {
         MIEN_TRY(model, read_model(request.model));
+        if (take) MIEN_CHECK(same_reference(*take, model.model, request.model));
         options.model = std::move(model);
     }
     if (options.name.empty()) options.name = output.stem().string();
@@ -182,6 +193,8 @@ void add_encode(CLI::App& mien, int& code) {
     command->add_option("--motion", request->motion, "What is sent: vertices, markers or weights (default: the first the clip has)")
         ->check(CLI::IsMember({"auto", "vertices", "markers", "weights"}));
     command->add_option("--model", request->model, "Model file of mien train: only markers, pose and sound are sent; with --texture-* also a video")
+        ->check(CLI::ExistingFile);
+    command->add_option("--basis", request->basis, "Stream file of a training take: its motion basis and face model, instead of ones made from this clip (markers or weights)")
         ->check(CLI::ExistingFile);
     auto* rms = command->add_option("--rms", request->rms, "Motion error to meet, RMS, mm (default 0.1; weights: 0.005); may be given with --peak")->check(CLI::PositiveNumber);
     auto* peak = command->add_option("--peak", request->peak, "Motion error to meet, largest of all points and frames, mm (default: 10 times the RMS error)")->check(CLI::PositiveNumber);

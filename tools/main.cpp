@@ -19,6 +19,8 @@ int main(int argc, char** argv) {
     add_train(mien, code);
     add_remap(mien, code);
     add_evaluate(mien, code);
+    add_live(mien, code);
+    add_send(mien, code);
     try {
         mien.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

@@ -80,7 +80,7 @@ inline std::vector<Arrival> play_all(StreamSource& source) {
             continue;
         }
         all.push_back(std::move(*arrival));
-        if (!all.back().group) break;
+        if (all.back().is_end()) break;
     }
     return all;
 }

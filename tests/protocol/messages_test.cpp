@@ -296,6 +296,27 @@ TEST(Messages, GroupStartAndLiveObjects) {
         EXPECT_LE(encode(LiveBytes{63, Bytes(size)}).size(), size + 4) << size;
 }
 
+TEST(Messages, PublishAndItsAnswer) {
+    expect_bytes(Publish{"me"}, literal({
+        0x2f,           // type PUBLISH
+        0x03,           // length 3
+        0x02, 'm', 'e',
+    }));
+    expect_bytes(Publishing{300, 9000}, literal({
+        0x30,        // type PUBLISHING
+        0x04,        // length 4
+        0xac, 0x02,  // from group 300
+        0xa8, 0x46,  // from frame 9000
+    }));
+    EXPECT_FALSE(parse_message(literal({0x30, 0x06, 0x81, 0x80, 0x80, 0x10, 0x00, 0x00})).ok()) << "a group above 2^24";
+    expect_bytes(Failure{FailureCode::name_taken, "x"}, literal({
+        0x2d,       // type FAILURE
+        0x03,       // length 3
+        0x0a,       // the name is taken
+        0x01, 'x',
+    }));
+}
+
 TEST(Messages, HelloAndBye) {
     expect_bytes(Hello{kVersion, "mp"}, literal({
         0x20,                // type HELLO

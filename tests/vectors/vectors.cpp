@@ -98,6 +98,8 @@ Bytes make_conversation() {
     say(LiveBytes{1, noise(17, 12)});
     say(LiveBytes{63, {}});
     say(Failure{FailureCode::shutting_down, "good night"});
+    say(Publish{"studio"});
+    say(Publishing{10, 300});
     return all;
 }
 

@@ -1,0 +1,122 @@
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
+#include <map>
+#include <mutex>
+#include <thread>
+
+#include "core/environment_error.hpp"
+#include "io/clip_folder.hpp"
+#include "io/frame_packet.hpp"
+#include "player/session.hpp"
+
+/// How long a frame is under way: from the moment its packet of markers is sent to `mien live` to the moment a player has its coefficients, by one clock.
+namespace {
+
+using namespace mien;
+using Clock = std::chrono::steady_clock;
+using namespace std::chrono_literals;
+
+double seconds_now() { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }
+
+class Socket {
+public:
+    explicit Socket(std::uint16_t port) : socket_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+        to_.sin_family = AF_INET;
+        to_.sin_port = htons(port);
+        to_.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    }
+    ~Socket() { ::close(socket_); }
+    Socket(const Socket&) = delete;
+    Socket& operator=(const Socket&) = delete;
+    void send(ByteView packet) const { (void)::sendto(socket_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to_), sizeof to_); }
+
+private:
+    int socket_;
+    sockaddr_in to_{};
+};
+
+double percentile(std::vector<double>& sorted, double p) { return sorted[std::min(sorted.size() - 1, std::size_t(p * double(sorted.size())))]; }
+
+Result<int> measure(const std::string& url, const std::string& folder, std::uint16_t port, double rate, double seconds) {
+    MIEN_TRY(loaded, io::load_clip(folder));
+    if (!loaded.clip.markers) return Error{ErrorCode::missing, "the clip has no markers"};
+    const PointSequence& markers = *loaded.clip.markers;
+    MIEN_TRY(session, player::open_session(url, {}));
+    session.decode->start();
+    const Socket socket(port);
+    // What lies in the clip goes to and fro, so that no motion jumps.
+    const auto packet = [&](std::uint32_t sequence) {
+        const std::int64_t turn = std::max<std::int64_t>(1, 2 * (markers.frames - 1)), at = std::int64_t(sequence) % turn;
+        return io::encode(io::MarkerPacket{sequence, 0, markers.frame(at < markers.frames ? at : turn - at)});
+    };
+    const auto next = [&](double patience) {
+        const double until = seconds_now() + patience;
+        return session.decode->wait_pop([&] { return seconds_now() > until; });
+    };
+    while (next(0.5)) {}   // of a sender before us
+    std::optional<player::PlayFrame> first;
+    for (int i = 0; i < 50 && !first; ++i) {
+        socket.send(packet(0));
+        first = next(0.1);
+    }
+    if (!first) return Error{ErrorCode::unavailable, "no frame came back: is mien live taking packets on this port and publishing there?"};
+    const std::int64_t base = first->frame;
+
+    const auto count = std::uint32_t(seconds * rate);
+    std::vector<std::atomic<double>> sent(count + 1);
+    std::thread sender([&] {
+        const auto begun = Clock::now() + 100ms;
+        for (std::uint32_t s = 1; s <= count; ++s) {
+            std::this_thread::sleep_until(begun + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(s / rate)));
+            const Bytes bytes = packet(s);
+            sent[s] = seconds_now();
+            socket.send(bytes);
+        }
+    });
+    std::vector<double> delays;
+    const double give_up = seconds_now() + seconds + 3;
+    for (;;) {
+        const auto frame = session.decode->wait_pop([&] { return seconds_now() > give_up; });
+        if (!frame) break;
+        const std::int64_t sequence = frame->frame - base;
+        if (sequence < 1 || sequence > count) continue;
+        delays.push_back(1000 * (frame->decoded_at - sent[std::size_t(sequence)]));
+        if (sequence == count) break;
+    }
+    sender.join();
+    if (delays.empty()) return Error{ErrorCode::unavailable, "no frame came back"};
+    std::ranges::sort(delays);
+    fmt::print("{} of {} frames at {:g} Hz: median {:.2f} ms, 90 % {:.2f}, 99 % {:.2f}, largest {:.2f}\n", delays.size(), count, rate, percentile(delays, 0.5),
+               percentile(delays, 0.9), percentile(delays, 0.99), delays.back());
+    return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    CLI::App app("mien-live-delay: time from a packet of markers to the coefficients in a player. Start mien-serve --publish and mien live --udp PORT first.");
+    std::string url, clip;
+    std::uint16_t port = 0;
+    double rate = 60, seconds = 30;
+    app.add_option("url", url, "mien://HOST[:PORT]/NAME that mien live publishes")->required();
+    app.add_option("clip", clip, "Clip folder whose markers are sent")->required();
+    app.add_option("--udp", port, "Port that mien live listens on")->required();
+    app.add_option("--fps", rate, "Packets per second")->check(CLI::PositiveNumber)->capture_default_str();
+    app.add_option("--seconds", seconds, "How long")->check(CLI::PositiveNumber)->capture_default_str();
+    CLI11_PARSE(app, argc, argv);
+    try {
+        const auto code = measure(url, clip, port, rate, seconds);
+        if (code.ok()) return *code;
+        fmt::print(stderr, "mien-live-delay: {}\n", code.error().message);
+    } catch (const EnvironmentError& error) {
+        fmt::print(stderr, "mien-live-delay: {}\n", error.what());
+    }
+    return 1;
+}

@@ -1,0 +1,170 @@
+#include <fmt/core.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <filesystem>
+#include <mutex>
+
+#include "core/environment_error.hpp"
+#include "tools/commands.hpp"
+#include "tools/console.hpp"
+#include "tools/live_session.hpp"
+
+namespace mien::tools {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kWait = std::chrono::milliseconds(100);        // after which signals and the status line are looked at
+constexpr auto kStatusEvery = std::chrono::milliseconds(500);
+
+struct Request {
+    std::string url, basis, output, bind = "127.0.0.1", fps;
+    std::optional<std::uint16_t> port;
+    bool lines = false, overwrite = false, quiet = false;
+    double group = 1;
+};
+
+std::atomic<bool> stop_asked = false;
+
+void ask_to_stop(int) { stop_asked = true; }
+
+/// What goes on, in one line that is written over again and again.
+class StatusLine {
+public:
+    explicit StatusLine(bool quiet) : shown_(!quiet && isatty(STDERR_FILENO)) {}
+
+    void show(const LiveSession& session, const LiveInput& input) {
+        const auto now = Clock::now();
+        if (!shown_ || now - since_ < kStatusEvery) return;
+        const auto figures = session.figures();
+        const double seconds = std::chrono::duration<double>(now - since_).count();
+        const double rate = double(figures.frames - frames_) / seconds, kbits = double(figures.bytes - bytes_) * 8 / 1000 / seconds;
+        since_ = now;
+        frames_ = figures.frames;
+        bytes_ = figures.bytes;
+        const std::uint64_t dropped = session.publisher() ? session.publisher()->statistics().dropped : 0;
+        fmt::print(stderr, "\r{:.1f} frames/s, {:.2f} kbit/s, error {:.4f} RMS, {} lost, {} late, {} refused, {} not sent\033[K", rate, kbits, figures.rms,
+                   session.lost(), session.late(), input.refused(), dropped);
+        std::fflush(stderr);
+        open_ = true;
+    }
+    void end() {
+        if (std::exchange(open_, false)) std::fputc('\n', stderr);
+    }
+
+private:
+    const bool shown_;
+    bool open_ = false;
+    Clock::time_point since_ = Clock::now();
+    std::int64_t frames_ = 0;
+    std::uint64_t bytes_ = 0;
+};
+
+Result<LiveOptions> options_of(const Request& request) {
+    LiveOptions options;
+    if (!request.fps.empty()) {
+        MIEN_TRY(rate, parse_rational(request.fps));
+        options.frame_rate = rate;
+    }
+    options.group_seconds = request.group;
+    options.recording = request.output;
+    options.name = std::filesystem::path(request.output).stem().string();
+    if (request.url.empty()) return options;
+    MIEN_TRY(url, net::parse_url(request.url));
+    if (url.name.empty()) return Error{ErrorCode::invalid, request.url + " names a server but no stream; add /NAME"};
+    options.name = url.name;
+    options.url = std::move(url);
+    return options;
+}
+
+Result<int> live(const Request& request) {
+    if (request.url.empty() && request.output.empty()) return fail("nowhere to send it: give mien://HOST/NAME of a server that runs with --publish, -o FILE, or both");
+    if (request.port.has_value() == request.lines) return fail("frames come either from --udp PORT or from --stdin");
+    if (!request.output.empty() && std::filesystem::exists(request.output) && !request.overwrite)
+        return fail("'" + request.output + "' is there already; -y overwrites it");
+    MIEN_TRY(take, read_take(request.basis));
+    MIEN_TRY(options, options_of(request));
+    if (!request.lines && take.take.info.kind == protocol::MotionKind::weights && take.take.info.count != 52)
+        return fail(fmt::format("Live Link Face sends 52 weights, but '{}' has {}", request.basis, take.take.info.count));
+    const Rational rate = options.frame_rate.value_or(take.header.frame_rate);
+    const std::unique_ptr<LiveInput> input = request.lines ? line_input(STDIN_FILENO, take.take.info) : udp_input(request.bind, *request.port, take.take.info, rate);
+
+    std::mutex mutex;
+    std::string lost_connection;   // said by the loop, so that lines do not mix
+    bool failed = false;
+    options.on_status = [&](const net::SourceStatus& status) {
+        const std::lock_guard lock(mutex);
+        if (status.state == net::SourceState::reconnecting) lost_connection = "the connection is lost, trying again: " + status.reason;
+        if (status.state == net::SourceState::failed) lost_connection = status.reason, failed = true;
+    };
+    struct sigaction action {};
+    action.sa_handler = ask_to_stop;   // no SA_RESTART: a wait ends
+    ::sigaction(SIGINT, &action, nullptr);
+    ::sigaction(SIGTERM, &action, nullptr);
+
+    MIEN_TRY(session, LiveSession::start(take, options));
+    if (!request.quiet) {
+        // Scripts wait for this line.
+        const std::string where = options.url ? net::to_string(*options.url) : request.output;
+        fmt::print("live on {}: {} {} at {:g} Hz from {}\n", where, take.take.info.count, take.take.info.kind == protocol::MotionKind::markers ? "markers" : "weights",
+                   rate.value(), input->name());
+        std::fflush(stdout);
+    }
+    StatusLine line(request.quiet);
+    std::string first_refusal;
+    bool broken = false;
+    for (LiveInput::Got got = LiveInput::Got::nothing; !stop_asked && got != LiveInput::Got::end;) {
+        Captured captured;
+        got = input->next(captured, kWait);
+        if (got == LiveInput::Got::frame)
+            if (const auto added = session->add(captured); !added && first_refusal.empty()) first_refusal = added.error().message;
+        if (first_refusal.empty() && input->refused() > 0) first_refusal = input->last_refusal();
+        if (!first_refusal.empty() && first_refusal[0] != '\0') {
+            line.end();
+            warn("some frames are left out: " + first_refusal);
+            first_refusal = std::string(1, '\0');   // said once
+        }
+        {
+            const std::lock_guard lock(mutex);
+            if (!lost_connection.empty()) line.end(), warn(std::exchange(lost_connection, {}));
+            broken = failed;
+        }
+        if (broken && request.output.empty()) break;
+        line.show(*session, *input);
+    }
+    line.end();
+    const auto figures = session->figures();
+    const std::uint64_t lost = session->lost(), late = session->late();
+    session->finish();
+    if (!request.quiet) {
+        const double seconds = double(figures.frames) / rate.value();
+        const double share = seconds > 0 ? 1 / seconds / 1000 : 0;
+        const double bits = figures.pose_bits + figures.coefficient_bits, bytes = 8 * double(figures.bytes);
+        fmt::print("{} frames, {}, {:.2f} kbit/s ({:.2f} of it pose), error {:.4f}{} RMS, {:.3f} at most, {} lost, {} late, {} refused\n", figures.frames,
+                   human_time(seconds), bytes * share, bits > 0 ? figures.pose_bits / bits * bytes * share : 0.0, figures.rms,
+                   take.take.info.kind == protocol::MotionKind::weights ? "" : " mm", figures.peak, lost, late, input->refused());
+    }
+    return broken ? fail("the stream could not go on") : kDone;
+}
+
+}  // namespace
+
+void add_live(CLI::App& mien, int& code) {
+    auto request = std::make_shared<Request>();
+    CLI::App* command = mien.add_subcommand("live", "Encode frames as they are captured, publish them to a server, record them, or both");
+    command->add_option("url", request->url, "mien://HOST[:PORT]/NAME of a server that runs with --publish");
+    command->add_option("--basis", request->basis, "Stream file of a training take: motion basis and face model")->required()->check(CLI::ExistingFile);
+    command->add_option("--udp", request->port, "UDP port that takes packets of markers or of Live Link Face (docs/live.md)")->check(CLI::Range(1, 65535));
+    command->add_option("--bind", request->bind, "Address that takes them; 0.0.0.0 or :: hears the whole network")->capture_default_str();
+    command->add_flag("--stdin", request->lines, "Frames as lines of numbers on standard input");
+    command->add_option("-o,--output", request->output, "Stream file to record to");
+    command->add_flag("-y,--overwrite", request->overwrite, "Overwrite the output file");
+    command->add_option("--fps", request->fps, "Frames per second (default: the training take's)");
+    command->add_option("--group", request->group, "Seconds per group: viewers join at one")->check(CLI::Range(0.1, 60.0))->capture_default_str();
+    command->add_flag("-q,--quiet", request->quiet, "Say only what goes wrong");
+    command->callback([request, &code] { code = guarded([&] { return live(*request); }); });
+}
+
+}  // namespace mien::tools

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "io/file.hpp"
+#include "protocol/stream_file.hpp"
+
+namespace mien::tools {
+
+/// A live stream on its way to a file. While it lasts, what there is so far is in PATH.recording, which plays like any file that was cut off; finish()
+/// makes the whole file of it. Throws EnvironmentError.
+class LiveRecording {
+public:
+    /// header.frames is 0.
+    LiveRecording(std::filesystem::path path, const protocol::StreamHeader& header, const std::vector<protocol::StaticBlob>& blobs);
+
+    void add(const protocol::Group& group);
+    /// The header's frame count and bit rates are known now.
+    void finish(std::uint64_t frames);
+
+private:
+    std::filesystem::path path_, part_;
+    protocol::StreamHeader header_;
+    const std::vector<protocol::StaticBlob> blobs_;
+    std::FILE* file_ = nullptr;
+    io::FileHandle owner_;
+    std::optional<protocol::StreamFileWriter> writer_;
+    std::uint64_t payload_ = 0;   ///< bytes of all objects
+};
+
+}  // namespace mien::tools

@@ -1,0 +1,112 @@
+#include <arpa/inet.h>
+#include <fmt/core.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <thread>
+
+#include "core/environment_error.hpp"
+#include "io/clip_folder.hpp"
+#include "io/frame_packet.hpp"
+#include "io/live_link.hpp"
+#include "tools/commands.hpp"
+#include "tools/console.hpp"
+
+namespace mien::tools {
+namespace {
+
+struct Request {
+    std::string clip, address = "127.0.0.1", fps;
+    std::uint16_t port = 0;
+    bool loop = false, quiet = false;
+};
+
+class Sender {
+public:
+    Sender(const std::string& address, std::uint16_t port) {
+        to_.sin_family = AF_INET;
+        to_.sin_port = htons(port);
+        if (::inet_pton(AF_INET, address.c_str(), &to_.sin_addr) != 1) throw EnvironmentError("'" + address + "' is not an IPv4 address");
+        socket_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+        if (socket_ < 0) throw EnvironmentError(std::string("no socket: ") + std::strerror(errno));
+    }
+    ~Sender() { ::close(socket_); }
+    Sender(const Sender&) = delete;
+    Sender& operator=(const Sender&) = delete;
+
+    void send(ByteView packet) const {
+        // Nobody listening is no mistake of ours: packets are lost, as they may be.
+        if (::sendto(socket_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to_), sizeof to_) < 0 && errno != ECONNREFUSED)
+            throw EnvironmentError(std::string("cannot send: ") + std::strerror(errno));
+    }
+
+private:
+    sockaddr_in to_{};
+    int socket_ = -1;
+};
+
+Bytes marker_packet(const Clip& clip, std::int64_t frame, std::uint32_t sequence) {
+    const auto now = std::chrono::steady_clock::now().time_since_epoch();
+    return io::encode(io::MarkerPacket{sequence, std::uint64_t(std::chrono::duration_cast<std::chrono::microseconds>(now).count()), clip.markers->frame(frame)});
+}
+
+Bytes weight_packet(const Clip& clip, std::int64_t frame, std::uint32_t sequence) {
+    io::LiveLinkPacket packet{.device = "mien", .subject = clip.name.substr(0, 200), .frame = std::int32_t(sequence), .rate_numerator = std::int32_t(clip.frame_rate.num),
+                              .rate_denominator = std::int32_t(clip.frame_rate.den)};
+    std::copy_n(clip.weights->frame(frame), io::LiveLinkPacket::kWeights, packet.values.begin());
+    const auto at = std::size_t(frame);
+    float* angles = packet.values.data() + io::LiveLinkPacket::kWeights;
+    if (at < clip.head_pose.size()) io::live_link_angles(clip.head_pose[at], angles);
+    if (at < clip.gaze.size()) io::live_link_angles(clip.gaze[at], angles);
+    return io::encode(packet);
+}
+
+Result<int> send(const Request& request) {
+    io::LoadOptions load;
+    load.progress = progress_bar(request.quiet);
+    if (!request.fps.empty()) {
+        MIEN_TRY(rate, parse_rational(request.fps));
+        load.frame_rate = rate;
+    }
+    MIEN_TRY(loaded, io::load_clip(request.clip, load));
+    end_progress();
+    const Clip& clip = loaded.clip;
+    const bool markers = clip.markers.has_value();
+    if (!markers && !(clip.weights && clip.weights->count == std::int64_t(io::LiveLinkPacket::kWeights)))
+        return fail("the clip has neither markers nor the 52 weights that Live Link Face sends");
+    if (markers && clip.markers->points > std::int64_t(io::MarkerPacket::kMaxMarkers))
+        return fail(fmt::format("{} markers do not fit in a packet; {} do", clip.markers->points, io::MarkerPacket::kMaxMarkers));
+    const Sender sender(request.address, request.port);
+    const std::int64_t frames = markers ? clip.markers->frames : clip.weights->frames;
+    const double rate = clip.frame_rate.value();
+    if (!request.quiet)
+        fmt::print("{} frames of {} at {:g} Hz to {} port {}{}\n", frames, markers ? "markers" : "Live Link Face weights", rate, request.address, request.port,
+                   request.loop ? ", again and again" : "");
+    std::fflush(stdout);
+    const auto begun = std::chrono::steady_clock::now();
+    for (std::uint32_t sent = 0; request.loop || sent < frames; ++sent) {
+        std::this_thread::sleep_until(begun + std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(sent / rate)));
+        sender.send(markers ? marker_packet(clip, sent % frames, sent) : weight_packet(clip, sent % frames, sent));
+    }
+    return kDone;
+}
+
+}  // namespace
+
+void add_send(CLI::App& mien, int& code) {
+    auto request = std::make_shared<Request>();
+    CLI::App* command = mien.add_subcommand("send", "Play the markers or weights of a clip as UDP packets, as a capture system would, for mien live");
+    command->add_option("clip", request->clip, "Clip folder, or a single recording")->required();
+    command->add_option("--udp", request->port, "UDP port to send to")->required()->check(CLI::Range(1, 65535));
+    command->add_option("--to", request->address, "Address to send to")->capture_default_str();
+    command->add_option("--fps", request->fps, "Frames per second, for clips that do not say");
+    command->add_flag("--loop", request->loop, "Start again at the end, until interrupted");
+    command->add_flag("-q,--quiet", request->quiet, "No summary");
+    command->callback([request, &code] { code = guarded([&] { return send(*request); }); });
+}
+
+}  // namespace mien::tools
