@@ -97,6 +97,7 @@ LiveMotion::Figures LiveMotion::figures() const {
 Result<protocol::Object> LiveMotion::encode(const MotionFrame& frame) {
     State& s = *state_;
     MIEN_CHECK(check_frame(frame, s.info));
+    s.frames.begin_object(1);
     const Eigen::VectorXd side_targets = s.projector.sides(frame);
     Eigen::VectorXd decoded_sides;
     if ((side_targets.array().abs() > kMost).any()) return Error{ErrorCode::invalid, "the head is too far off to be coded"};
@@ -114,7 +115,6 @@ Result<protocol::Object> LiveMotion::encode(const MotionFrame& frame) {
         s.frames.code_presence(coder, 1, presence);
         s.figures.pose_bits += coder.take_bits();
     }
-    s.frames.begin_object(1);
     const double slope = packet_slope(s.frames, coder, kSlope, target, settled);
     double bits = 0;
     s.frames.code_frame(coder, [&](int c, std::int64_t prediction, const IntegerModel::Contexts& contexts, const IntegerModel& model) {

@@ -46,7 +46,7 @@ struct Sum {
 
 struct Trial {
     EncodedMotion motion;
-    double figure = 0;
+    double figure = 0;   ///< over what was asked: at most 1 meets it
 };
 
 class Trials {
@@ -57,6 +57,11 @@ public:
           reference_(options.reference ? *options.reference : Points(0, 3)) {}
 
     Result<Trial> run(float step) const { return options_.preset == MotionPreset::live ? live(step) : Result<Trial>(transform(step)); }
+
+    /// The larger of both errors over the one that was asked for.
+    double over_asked(double rms, double peak) const {
+        return std::max(options_.rms ? rms / *options_.rms : 0, options_.peak ? peak / *options_.peak : 0);
+    }
 
     /// What the basis leaves of the clip when nothing is rounded.
     Sum floor() const {
@@ -73,7 +78,10 @@ public:
     }
 
 private:
-    Trial finish(EncodedMotion motion) const { return {motion, options_.rms ? motion.rms : motion.peak}; }
+    Trial finish(EncodedMotion motion) const {
+        const double figure = over_asked(motion.rms, motion.peak);
+        return {std::move(motion), figure};
+    }
 
     Result<Trial> live(float step) const {
         LiveMotion coder(take_, reference_, step);
@@ -158,6 +166,7 @@ Result<EncodedMotion> encode_trained(const Clip& clip, const TrainingTake& take,
     MIEN_CHECK(check_motion(clip, options.kind));
     if (options.preset == MotionPreset::guenter98 || options.kbps)
         return Error{ErrorCode::invalid, "a basis of a training take goes with the presets file and live, and with an error to meet"};
+    if (options.rungs != 1) return Error{ErrorCode::invalid, "a basis of a training take makes one rung"};
     if (options.kind == MotionKind::vertices || options.kind != take.info.kind)
         return Error{ErrorCode::mismatch, "a basis of a training take goes with the markers or weights that it is made of"};
     const std::int64_t count = options.kind == MotionKind::markers ? clip.markers->points : clip.weights->count;
@@ -168,12 +177,13 @@ Result<EncodedMotion> encode_trained(const Clip& clip, const TrainingTake& take,
         return Error{ErrorCode::mismatch, "the training take's model has no such markers"};
 
     const char* unit = options.kind == MotionKind::weights ? "" : " mm";
-    const double asked = options.rms ? *options.rms : *options.peak;
     const Trials trials(clip, take, options);
     const Sum floor = trials.floor();
-    if (const double least = options.rms ? floor.rms() : floor.peak; least > asked)
-        return Error{ErrorCode::invalid, fmt::format("the training take's basis leaves {:.4f}{} {} of this clip, more than the asked {:.4f}{}: it lacks motions "
-                                                     "that the clip has, or was encoded too coarsely", least, unit, options.rms ? "RMS" : "at most", asked, unit)};
+    std::string asked = options.rms ? fmt::format("{:.4f}{} RMS", *options.rms, unit) : "";
+    if (options.peak) asked += fmt::format("{}{:.4f}{} at most", asked.empty() ? "" : ", ", *options.peak, unit);
+    const std::string left = fmt::format("the training take's basis leaves {:.4f}{} RMS and {:.4f}{} at most of this clip", floor.rms(), unit, floor.peak, unit);
+    if (trials.over_asked(floor.rms(), floor.peak) > 1)
+        return Error{ErrorCode::invalid, fmt::format("{}, and {} was asked for: it lacks motions that the clip has, or was encoded too coarsely", left, asked)};
     // Errors grow with the step: the largest that meets the goal.
     double step = take.basis.step, low = 0, high = 0;
     std::optional<Trial> best;
@@ -181,21 +191,19 @@ Result<EncodedMotion> encode_trained(const Clip& clip, const TrainingTake& take,
         if (progress) progress("motion", t, kTrials);
         MIEN_TRY(trial, trials.run(float(step)));
         const double figure = trial.figure;
-        const bool meets = figure <= asked;
+        const bool meets = figure <= 1;
         (meets ? low : high) = step;
         if (meets && (!best || figure > best->figure)) best = std::move(trial);
-        if (best && best->figure > kNearEnough * asked) break;
+        if (best && best->figure > kNearEnough) break;
         if (low > 0 && high > 0) {
             if (high / low < 1.001) break;
             step = std::sqrt(low * high);
         } else {
-            const double move = std::clamp(asked / std::max(figure, 1e-9), 0.25, 4.0);
+            const double move = std::clamp(1 / std::max(figure, 1e-9), 0.25, 4.0);
             step *= meets ? std::max(move, 1.05) : std::min(move, 0.95);
         }
     }
-    if (!best)
-        return Error{ErrorCode::invalid, fmt::format("the asked error of {:.4f}{} cannot be met: the training take's basis alone leaves {:.4f}{} RMS, {:.4f}{} at most",
-                                                     asked, unit, floor.rms(), unit, floor.peak, unit)};
+    if (!best) return Error{ErrorCode::invalid, fmt::format("{} cannot be met: {}", asked, left)};
     if (progress) progress("motion", kTrials, kTrials);
     return std::move(best->motion);
 }

@@ -9,7 +9,7 @@ void LiveDecoder::restart() {
 
 std::vector<PlayFrame> LiveDecoder::add(const protocol::LiveObject& object) {
     std::vector<PlayFrame> frames;
-    if (object.slot != stream_.motion_slot) return frames;
+    if (object.slot != stream_.motion_slots.front()) return frames;
     if (object.index == 0) {
         stream_.motion.begin_group();
         group_ = object.group;

@@ -43,7 +43,7 @@ Result<StreamModel> open_stream_model(const net::StreamSource& source, bool with
     std::vector<ByteView> bases;
     std::vector<std::uint8_t> motion_slots;
     for (const protocol::Rung* rung : protocol::rung_ladder(*motion_track)) {
-        if (bases.size() == motion_rungs) break;
+        if (bases.size() == (source.live() ? 1 : motion_rungs)) break;
         const Bytes* basis = rung->basis ? source.blob(*rung->basis) : nullptr;
         if (!basis) return Error{ErrorCode::missing, "the stream brings no motion basis"};
         bases.push_back(*basis);

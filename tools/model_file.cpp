@@ -1,7 +1,5 @@
 #include "tools/model_file.hpp"
 
-#include "tools/stored_stream.hpp"
-
 namespace mien::tools {
 
 Result<encoder::EncodedModel> model_of(const StoredStream& stream) {

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "encoder/model_encoder.hpp"
+#include "tools/stored_stream.hpp"
 
 namespace mien::tools {
 

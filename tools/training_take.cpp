@@ -16,7 +16,7 @@ Result<encoder::TrainingTake> decode_take(const StoredStream& stream, const mode
     take.info = std::get<protocol::MotionInfo>(track->info);
     if (take.info.kind == protocol::MotionKind::vertices)
         return Error{ErrorCode::mismatch, "its motion is that of vertices; encode the training take with --motion markers or weights"};
-    MIEN_TRY(decoder, stream.motion_decoder(face));
+    MIEN_TRY(decoder, stream.motion_decoder(face, 0));
     MIEN_TRY(basis, coding::read_motion_basis(take.shape(), *stream.blob(*track->rungs.front().basis), face.neutral.triangles, face.neutral.mirror));
     if (basis.scheme == coding::MotionScheme::guenter98) return Error{ErrorCode::mismatch, "it is of the scheme of 1998; encode the training take with --preset live"};
     std::vector<Eigen::VectorXd> columns;
