@@ -10,6 +10,7 @@
 #include "bench/detail_views.hpp"
 #include "bench/geometry_codec.hpp"
 #include "bench/inputs.hpp"
+#include "bench/picture_row.hpp"
 #include "bench/report_tables.hpp"
 #include "bench/short_clip.hpp"
 #include "bench/suite.hpp"
@@ -32,7 +33,8 @@ struct Arguments {
     bench::SuiteOptions suite;
     std::int64_t frames = 0;
     bool smoke = false, quiet = false, list = false, no_geometry = false, no_timing = false, no_texture = false, no_views = false;
-    std::string ict, take, write;
+    std::string ict, take, write, picture_row;
+    std::int64_t picture_frame = 0;
     std::int64_t first = 600, count = 600, vertices = 11248;
 };
 
@@ -102,6 +104,21 @@ int views_of_model(const Arguments& arguments) {
     }
     if (!arguments.quiet) print_table(table);
     if (!arguments.json.empty()) bench::write_file(arguments.json, json.dump(2) + "\n");
+    return tools::kDone;
+}
+
+int write_picture_row(const Arguments& arguments) {
+    const Progress progress = tools::progress_bar(arguments.quiet);
+    auto loaded = io::load_clip(arguments.clips.front(), {.frame_rate = {}, .unit = {}, .progress = progress});
+    if (!loaded.ok()) return complain(loaded.error().message);
+    const Clip clip = arguments.frames > 0 ? bench::first_frames(loaded->clip, arguments.frames) : std::move(loaded->clip);
+    std::vector<std::string> codecs;
+    for (const std::string& codec : encoder::texture_codecs())
+        if (bench::chosen(arguments.suite.texture_codecs, codec)) codecs.push_back(codec);
+    const auto row = bench::picture_row(clip, codecs, arguments.suite.texture_kbps.front(), arguments.picture_frame, progress);
+    if (!row.ok()) return complain(row.error().message);
+    io::write_image(arguments.picture_row, *row, 85);
+    tools::end_progress();
     return tools::kDone;
 }
 
@@ -230,6 +247,10 @@ int main(int argc, char** argv) {
     app.add_flag("--no-timing", a.no_timing, "Leave out timing");
     app.add_flag("--no-texture", a.no_texture, "Leave out texture and views");
     app.add_flag("--no-views", a.no_views, "Leave out drawn views");
+    auto* picture = app.add_option("--picture-row", a.picture_row,
+                                   "Write one frame of the first clip, true and by each texture codec at the first texture rate, as a "
+                                   ".png or .jpg, and stop");
+    app.add_option("--picture-frame", a.picture_frame, "Its number")->needs(picture)->check(CLI::NonNegativeNumber);
     auto* write =
         app.add_option("--write", a.write, "Write the clip of --ict as a clip folder, and stop")->group("Making the ICT clip");
     auto* ict = app.add_option("--ict", a.ict, "ICT-FaceKit folder")->needs(write)->group("Making the ICT clip");
@@ -258,6 +279,12 @@ int main(int argc, char** argv) {
             return tools::kMisused;
         }
         if (!a.model.empty()) return views_of_model(a);
+
+        if (!a.picture_row.empty()) {
+            if (!a.clips.empty()) return write_picture_row(a);
+            fmt::print(stderr, "mien-bench: --picture-row needs a clip folder\n");
+            return tools::kMisused;
+        }
         a.suite.geometry = !a.no_geometry;
         a.suite.timing = !a.no_timing;
         a.suite.texture = !a.no_texture;

@@ -25,6 +25,7 @@ void PictureScore::add(const Image& truth, const Image& received, const std::vec
     pixels_ += pixels;
     ssim_sum_ += comparison.ssim();
     worst_ = std::max(worst_, error);
+    last_ = error;
     ++pictures_;
 }
 
@@ -33,6 +34,9 @@ double PictureScore::psnr_y() const {
 }
 double PictureScore::ssim() const {
     return ssim_sum_ / double(pictures_);
+}
+double PictureScore::last_psnr_y() const {
+    return decibels(last_);
 }
 double PictureScore::worst_psnr_y() const {
     return decibels(worst_);

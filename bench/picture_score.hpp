@@ -18,11 +18,12 @@ public:
     double psnr_y() const;  ///< dB, infinite when nothing differs
     double ssim() const;
     double worst_psnr_y() const;  ///< of one picture
+    double last_psnr_y() const;   ///< of the latest picture
 
 private:
     std::int64_t pictures_ = 0;
     double squared_error_ = 0, pixels_ = 0, ssim_sum_ = 0;
-    double worst_ = 0;  // mean squared error
+    double worst_ = 0, last_ = 0;  // mean squared error
 };
 
 }  // namespace mien::bench

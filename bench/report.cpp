@@ -40,6 +40,7 @@ void to_json(nlohmann::json& j, const TextureRow& r) {
          {"psnr_y", finite(r.psnr_y)},
          {"ssim", r.ssim},
          {"worst_psnr_y", finite(r.worst_psnr_y)},
+         {"pulse", r.pulse},
          {"failed", r.failed}};
 }
 void from_json(const nlohmann::json& j, TextureRow& r) {
@@ -52,6 +53,7 @@ void from_json(const nlohmann::json& j, TextureRow& r) {
          decibels(j.at("psnr_y")),
          j.at("ssim"),
          decibels(j.at("worst_psnr_y")),
+         j.value("pulse", 0.0),
          j.at("failed")};
 }
 void to_json(nlohmann::json& j, const ViewRow& r) {

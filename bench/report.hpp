@@ -54,6 +54,7 @@ struct TextureRow {
     std::string clip, codec, library, series;  ///< series: mien, plain
     double asked_kbps = 0, kbps = 0;
     double psnr_y = 0, ssim = 0, worst_psnr_y = 0;
+    double pulse = 0;  ///< dB that the first picture of a group is better than the one before it, mean over groups
     std::string failed;
 };
 

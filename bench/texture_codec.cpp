@@ -73,7 +73,8 @@ Result<CodedTexture> encode_ours(const Clip& clip, const std::string& codec, dou
     options.kbps = kbps;
     options.group_frames = encoder::group_frames(clip.frame_rate, kGroupSeconds);
     MIEN_TRY(encoded, encoder::encode_texture(clip, options, progress));
-    return CodedTexture{track_of(clip, codec, std::move(encoded.codec_config), encoded.info), std::move(encoded.groups)};
+    encoder::EncodedTextureRung& rung = encoded.rungs.front();
+    return CodedTexture{track_of(clip, codec, std::move(rung.codec_config), encoded.info), std::move(rung.groups)};
 }
 
 Result<CodedTexture> encode_plain(const Clip& clip, const std::string& codec, double kbps, const Progress& progress) {

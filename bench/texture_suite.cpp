@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 
 #include "bench/picture_score.hpp"
 #include "bench/texture_codec.hpp"
@@ -87,11 +88,17 @@ private:
 
     Result<void> measure(const CodedTexture& coded, TextureRow& row, std::vector<Image>& sampled) {
         PictureScore score;
+        std::set<std::int64_t> starts;
+        for (const protocol::Group& group : coded.groups) starts.insert(group.first_time);
+        double before = 0, pulses = 0;
         const std::int64_t frames = clip_.texture->frames();
         MIEN_CHECK(decode_texture(coded, [&](std::int64_t frame, const Image& picture) -> Result<void> {
             if (progress_) progress_("comparing texture", frame, frames);
             MIEN_TRY(truth, clip_.texture->read(frame));
             score.add(truth, picture, used_);
+            const double now = score.last_psnr_y(), jump = frame > 0 && starts.count(frame) ? now - before : 0;
+            if (std::isfinite(jump)) pulses += jump;
+            before = now;
             if (views_ && sampled.size() < views_->frames().size() && views_->frames()[sampled.size()] == frame)
                 sampled.push_back(picture);
             return {};
@@ -101,6 +108,7 @@ private:
         row.psnr_y = score.psnr_y();
         row.ssim = score.ssim();
         row.worst_psnr_y = score.worst_psnr_y();
+        if (starts.size() > 1) row.pulse = pulses / double(starts.size() - 1);
         return {};
     }
 

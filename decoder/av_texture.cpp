@@ -8,6 +8,7 @@
 #include "media/video_decoder.hpp"
 #include "media/video_encoder.hpp"
 #include "protocol/limits.hpp"
+#include "protocol/texture_rungs.hpp"
 
 namespace mien::decoder {
 
@@ -49,16 +50,20 @@ TextureDecoder::~TextureDecoder() = default;
 
 Result<TextureDecoder> TextureDecoder::create(const protocol::Track& track, const protocol::Rung& rung,
                                               int threads) {
-    const auto* info = std::get_if<protocol::TextureInfo>(&track.info);
-    if (!info) return Error{ErrorCode::invalid, "track '" + track.name + "' is no texture track"};
-    if (info->width == 0 || info->height == 0 || info->width > protocol::kMaxTextureSide ||
-        info->height > protocol::kMaxTextureSide)
-        return Error{ErrorCode::limit_exceeded, "texture of " + std::to_string(info->width) + " x " +
-                                                    std::to_string(info->height) + " texels"};
+    const auto* of_track = std::get_if<protocol::TextureInfo>(&track.info);
+    if (!of_track) return Error{ErrorCode::invalid, "track '" + track.name + "' is no texture track"};
+    protocol::TextureInfo info = *of_track;
+    const protocol::Rung::Size size = protocol::texture_size(track, rung);
+    info.width = size.width;
+    info.height = size.height;
+    if (info.width == 0 || info.height == 0 || info.width > protocol::kMaxTextureSide ||
+        info.height > protocol::kMaxTextureSide)
+        return Error{ErrorCode::limit_exceeded, "texture of " + std::to_string(info.width) + " x " +
+                                                    std::to_string(info.height) + " texels"};
     MIEN_TRY(video, media::VideoDecoder::open(
-                        {rung.codec, rung.codec_config, media::coded_side(int(info->width)),
-                         media::coded_side(int(info->height)), info->matrix, info->full_range, threads}));
-    return TextureDecoder(std::unique_ptr<State>(new State{*info, std::move(video)}));
+                        {rung.codec, rung.codec_config, media::coded_side(int(info.width)),
+                         media::coded_side(int(info.height)), info.matrix, info.full_range, threads}));
+    return TextureDecoder(std::unique_ptr<State>(new State{info, std::move(video)}));
 }
 
 void TextureDecoder::begin_group(std::int64_t first_frame) {

@@ -131,11 +131,16 @@ Result<EncodedStream> encode_stream(const Clip& clip, const StreamOptions& optio
         TextureOptions texture_options = *options.texture;
         texture_options.group_frames = per_group;
         MIEN_TRY(texture, encode_texture(clip, texture_options, progress));
-        Rung rung;
-        rung.codec = texture.codec;
-        rung.codec_config = std::move(texture.codec_config);
-        rung.priority = 2;
-        stream.add({TrackKind::texture, "texture", clip.frame_rate.inverse(), texture.info, {}}, std::move(rung), std::move(texture.groups));
+        Track track{TrackKind::texture, "texture", clip.frame_rate.inverse(), texture.info, {}};
+        for (EncodedTextureRung& encoded : texture.rungs) {
+            Rung rung;
+            rung.codec = texture.codec;
+            rung.codec_config = std::move(encoded.codec_config);
+            rung.priority = std::uint8_t(2 + track.rungs.size());  // the finest is dropped first
+            if (encoded.width != int(texture.info.width)) rung.size = {std::uint32_t(encoded.width), std::uint32_t(encoded.height)};
+            stream.add(track, std::move(rung), std::move(encoded.groups));
+        }
+        out.header.tracks.push_back(std::move(track));
     }
     if (options.sound && clip.sound) {
         SoundOptions sound_options = *options.sound;

@@ -3,63 +3,35 @@
 #include <algorithm>
 #include <cmath>
 
-#include "encoder/texture_fill.hpp"
-#include "media/video_encoder.hpp"
+#include "encoder/texture_lanes.hpp"
+#include "encoder/texture_regions.hpp"
+#include "encoder/texture_weight.hpp"
 #include "protocol/limits.hpp"
 
 namespace mien::encoder {
 namespace {
 
-struct Run {
-    Bytes codec_config;
-    std::vector<media::VideoPacket> packets;
+// Rate control starts cold and a clip is short: where it misses by more, it is asked again for what makes up for it.
+constexpr double kTolerance = 0.08;
+constexpr int kRetries = 2;
+constexpr std::int64_t kProbeFrames = 60;  // that the steps of shrinking are chosen by
 
-    double kbps(Rational frame_rate, std::int64_t frames) const {
-        double bits = 8.0 * double(codec_config.size());
-        for (const media::VideoPacket& packet : packets) bits += 8.0 * double(packet.bytes.size());
-        return bits / 1000 * frame_rate.value() / double(frames);
+/// A lane, the rate that it is asked for and the run that came closest.
+struct Rung {
+    TextureLane lane;
+    std::optional<double> kbps;
+    TextureRun best;
+    bool done = false;
+
+    void judge(TextureRun run, bool first, Rational frame_rate, std::int64_t frames) {
+        const auto miss = [&](const TextureRun& of) { return std::abs(std::log(of.kbps(frame_rate, frames) / *kbps)); };
+        const bool better = first || miss(run) < miss(best);
+        if (better) best = std::move(run);
+        done = !better || !kbps || std::abs(best.kbps(frame_rate, frames) / *kbps - 1) <= kTolerance;
+        if (!done)
+            lane.settings.kbps = std::clamp(*lane.settings.kbps * *kbps / best.kbps(frame_rate, frames), *kbps / 8, *kbps * 8);
     }
 };
-
-Image as_rgb(Image picture) {
-    if (picture.channels == 3) return picture;
-    Image rgb(picture.width, picture.height, 3);
-    for (std::size_t i = 0; i < std::size_t(rgb.width) * rgb.height; ++i)
-        for (int c = 0; c < 3; ++c)
-            rgb.pixels[3 * i + c] = picture.pixels[i * picture.channels + (picture.channels < 3 ? 0 : c)];
-    return rgb;
-}
-
-Result<Run> encode_once(TextureSource& source, TextureFill& fill, const media::VideoEncoderSettings& settings,
-                        const Progress& progress) {
-    MIEN_TRY(encoder, media::VideoEncoder::open(settings));
-    Run run;
-    run.codec_config = encoder.codec_config();
-    const auto keep = [&](std::vector<media::VideoPacket>& packets) {
-        std::move(packets.begin(), packets.end(), std::back_inserter(run.packets));
-    };
-    media::YuvImage yuv(settings.width, settings.height, media::Chroma::quarter, YuvView::Matrix::bt709,
-                        settings.full_range);
-    const std::int64_t frames = source.frames();
-    for (std::int64_t f = 0; f < frames; ++f) {
-        if (progress) progress("texture", f, frames);
-        MIEN_TRY(read, source.read(f));
-        if (read.width != source.width() || read.height != source.height())
-            return Error{ErrorCode::mismatch,
-                         "texture frame " + std::to_string(f) + " is " + std::to_string(read.width) + " x " +
-                             std::to_string(read.height) + ", the first one " +
-                             std::to_string(source.width()) + " x " + std::to_string(source.height())};
-        Image picture = as_rgb(std::move(read));
-        fill.apply(picture);
-        media::to_yuv(picture, yuv);
-        MIEN_TRY(packets, encoder.encode(yuv, f % settings.key_interval == 0));
-        keep(packets);
-    }
-    MIEN_TRY(packets, encoder.finish());
-    keep(packets);
-    if (progress) progress("texture", frames, frames);
-    return run;
-}
 
 /// Packets into groups, held against what a group promises: it starts with the key frame of its first picture
 /// and holds exactly its own pictures.
@@ -91,6 +63,31 @@ Result<std::vector<protocol::Group>> group_packets(std::vector<media::VideoPacke
     return groups;
 }
 
+Result<void> check(const TextureOptions& options, int width) {
+    const auto sensible = [](double kbps) { return kbps >= 1 && kbps <= 2e6; };
+    if (options.kbps && options.quality)
+        return Error{ErrorCode::invalid, "texture takes a bitrate or a quality, not both"};
+    if (!options.rungs.empty() && (options.kbps || options.quality))
+        return Error{ErrorCode::invalid, "texture takes rungs, a bitrate or a quality, only one of them"};
+    if (options.kbps && !sensible(*options.kbps))
+        return Error{ErrorCode::invalid, "texture bitrate must be 1 to 2 000 000 kbit/s"};
+    if (options.quality && !(*options.quality >= 0 && *options.quality <= 100))
+        return Error{ErrorCode::invalid, "texture quality must be 0 to 100"};
+    if (options.rungs.size() > TextureOptions::kMaxRungs)
+        return Error{ErrorCode::invalid, "a texture has at most " + std::to_string(TextureOptions::kMaxRungs) + " rungs"};
+    double last = 0;
+    for (const TextureRung& rung : options.rungs) {
+        if (!sensible(rung.kbps))
+            return Error{ErrorCode::invalid, "texture bitrate must be 1 to 2 000 000 kbit/s"};
+        if (!(rung.kbps > last)) return Error{ErrorCode::invalid, "rungs of texture go from the lowest bitrate to the highest"};
+        if (rung.width < 0 || rung.width > width)
+            return Error{ErrorCode::invalid, "a rung " + std::to_string(rung.width) + " texels wide does not fit a texture of " +
+                                                 std::to_string(width)};
+        last = rung.kbps;
+    }
+    return {};
+}
+
 }  // namespace
 
 std::vector<std::string> texture_codecs() {
@@ -108,47 +105,61 @@ Result<EncodedTexture> encode_texture(const Clip& clip, const TextureOptions& op
         return Error{ErrorCode::limit_exceeded, "texture of " + std::to_string(width) + " x " +
                                                     std::to_string(height) + " texels is larger than " +
                                                     std::to_string(protocol::kMaxTextureSide) + " on a side"};
-    if (options.kbps && options.quality)
-        return Error{ErrorCode::invalid, "texture takes a bitrate or a quality, not both"};
-    if (options.kbps && !(*options.kbps >= 1 && *options.kbps <= 2e6))
-        return Error{ErrorCode::invalid, "texture bitrate must be 1 to 2 000 000 kbit/s"};
-    if (options.quality && !(*options.quality >= 0 && *options.quality <= 100))
-        return Error{ErrorCode::invalid, "texture quality must be 0 to 100"};
+    MIEN_CHECK(check(options, width));
 
-    media::VideoEncoderSettings settings;
-    settings.codec = options.codec;
-    settings.width = media::coded_side(width);
-    settings.height = media::coded_side(height);
-    settings.frame_rate = clip.frame_rate;
-    settings.kbps = options.kbps;
-    settings.quality = options.quality.value_or(settings.quality);
-    settings.speed = options.speed;
     const std::int64_t group_frames =
         options.group_frames > 0 ? std::min(options.group_frames, frames) : frames;
-    settings.key_interval = group_frames;
+    std::vector<Rung> rungs;
+    const auto add_rung = [&](std::optional<double> kbps, int lane_width) {
+        TextureLane lane;
+        lane.width = lane_width > 0 ? lane_width : width;
+        lane.height = std::max(1, int(std::lround(double(height) * lane.width / width)));
+        media::VideoEncoderSettings& settings = lane.settings;
+        settings.codec = options.codec;
+        settings.width = media::coded_side(lane.width);
+        settings.height = media::coded_side(lane.height);
+        settings.frame_rate = clip.frame_rate;
+        settings.kbps = kbps;
+        settings.quality = options.quality.value_or(settings.quality);
+        settings.speed = options.speed;
+        settings.key_interval = group_frames;
+        if (options.weighted) {
+            const auto same = std::find_if(rungs.begin(), rungs.end(), [&](const Rung& other) { return other.lane.width == lane.width; });
+            lane.weights = same != rungs.end() ? same->lane.weights : texture_weights(clip, lane.width, lane.height);
+            if (media::VideoEncoder::takes_regions(options.codec))
+                settings.regions = texture_regions(lane.weights, lane.width, lane.height);
+            else
+                lane.shrink = std::make_shared<TextureShrink>(lane.weights, lane.width, lane.height);
+        }
+        rungs.push_back({std::move(lane), kbps, {}, false});
+    };
+    for (const TextureRung& rung : options.rungs) add_rung(rung.kbps, rung.width);
+    if (options.rungs.empty()) add_rung(options.kbps, 0);
 
     TextureFill fill(width, height, used_texels(clip, width, height));
-    MIEN_TRY(run, encode_once(source, fill, settings, progress));
-    // Rate control starts cold and a clip is short: where it misses, ask for what makes up for it.
-    constexpr double kTolerance = 0.08;
-    for (int again = 0; options.kbps && again < 2; ++again) {
-        const double got = run.kbps(clip.frame_rate, frames), ratio = *options.kbps / got;
-        if (std::abs(got / *options.kbps - 1) <= kTolerance) break;
-        settings.kbps = std::clamp(*settings.kbps * ratio, *options.kbps / 8, *options.kbps * 8);
-        MIEN_TRY(retry, encode_once(source, fill, settings, progress));
-        const double now = retry.kbps(clip.frame_rate, frames);
-        if (std::abs(std::log(now / *options.kbps)) < std::abs(std::log(got / *options.kbps)))
-            run = std::move(retry);
-        else
-            break;
+    std::vector<TextureLane*> lanes;
+    for (Rung& rung : rungs) lanes.push_back(&rung.lane);
+    MIEN_CHECK(choose_steps(source, fill, lanes, std::min({group_frames, frames, kProbeFrames})));
+    for (int again = 0; again <= kRetries; ++again) {
+        std::vector<Rung*> open;
+        lanes.clear();
+        for (Rung& rung : rungs)
+            if (!rung.done) {
+                open.push_back(&rung);
+                lanes.push_back(&rung.lane);
+            }
+        if (open.empty()) break;
+        MIEN_TRY(runs, encode_lanes(source, fill, lanes, frames, progress));
+        for (std::size_t i = 0; i < open.size(); ++i) open[i]->judge(std::move(runs[i]), again == 0, clip.frame_rate, frames);
     }
 
     EncodedTexture out;
-    out.info = {std::uint32_t(width), std::uint32_t(height), YuvView::Matrix::bt709, settings.full_range};
+    out.info = {std::uint32_t(width), std::uint32_t(height), YuvView::Matrix::bt709, rungs.front().lane.settings.full_range};
     out.codec = options.codec;
-    out.codec_config = std::move(run.codec_config);
-    MIEN_TRY(groups, group_packets(std::move(run.packets), frames, group_frames, options.codec));
-    out.groups = std::move(groups);
+    for (Rung& rung : rungs) {
+        MIEN_TRY(groups, group_packets(std::move(rung.best.packets), frames, group_frames, options.codec));
+        out.rungs.push_back({rung.lane.width, rung.lane.height, std::move(rung.best.codec_config), std::move(groups)});
+    }
     return out;
 }
 

@@ -19,6 +19,12 @@ constexpr int coded_side(int side) {
     return side < 64 ? 64 : side + (side & 1);
 }
 
+/// A rectangle of the coded picture whose quantiser is finer or coarser than what the rate control would give it.
+struct VideoRegion {
+    int left = 0, top = 0, right = 0, bottom = 0;  ///< right and bottom not included
+    double qp_offset = 0;                          ///< H.264's scale, six to a doubling of the step; < 0: finer
+};
+
 struct VideoEncoderSettings {
     std::string codec = "h264";  ///< mpeg4, h264, hevc, av1
     int width = 0, height = 0;   ///< coded size: coded_side() of the picture's
@@ -28,6 +34,7 @@ struct VideoEncoderSettings {
         75;             ///< 0 .. 100: x264 and x265 CRF 46 .. 12, AV1 CRF 63 .. 12, MPEG-4 quantiser 31 .. 2
     std::string speed;  ///< the encoder's own preset; empty: ours
     std::int64_t key_interval = 30;  ///< frames from one forced key frame to the next, at most
+    std::vector<VideoRegion> regions;  ///< of every picture; where they overlap the first counts; see takes_regions()
     bool full_range = false;         ///< BT.709 always; BT.709 primaries, sRGB transfer
 };
 
@@ -56,6 +63,9 @@ public:
 
     /// mpeg4, h264, hevc, av1: those of them that this build of FFmpeg encodes.
     static std::vector<std::string> available();
+
+    /// Whether the codec's encoder heeds VideoEncoderSettings::regions; the others ignore them.
+    static bool takes_regions(const std::string& codec);
 
 private:
     struct State;

@@ -93,6 +93,7 @@ Result<void> HeadlessRun::open() {
     };
     wanted.sound = options_.sound && wants_movie();
     wanted.motion_rungs = options_.motion_rung + 1;
+    wanted.texture = options_.texture;
     wanted.sound_first = wanted.sound;
     wanted.wait = options_.wait;
     wanted.sound_sink = [this](const StreamModel&) {

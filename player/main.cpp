@@ -78,6 +78,8 @@ int main(int argc, char** argv) {
     app.add_flag("--loop", options.loop, "start again at the end");
     app.add_flag("--list", options.list, "list the streams of a server and stop");
     app.add_option("--motion-rung", options.motion_rung, "highest rung of motion to ask for, 0 the coarsest (default: all)")->check(CLI::Range(0, 63));
+    auto* rung = app.add_option("--texture-rung", options.texture.rung, "rung of texture to ask for, 0 the coarsest (default: the finest)")->check(CLI::Range(0, 63));
+    app.add_option("--texture-kbps", options.texture.kbps, "the finest rung of texture of at most this rate, kbit/s")->check(CLI::PositiveNumber)->excludes(rung);
     app.add_flag("--no-sound", no_sound, "silent");
     app.set_version_flag("--version", "mien-play " MIEN_VERSION);
     try {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/rational.hpp"
+#include "player/stream_model.hpp"
 #include "render/camera.hpp"
 
 namespace mien::player {
@@ -30,6 +31,7 @@ struct Options {
     std::size_t motion_rung = 63;                        ///< highest rung of motion to ask for
     double delay = 0.05;                                 ///< seconds that frames of a live stream wait to be shown evenly
     std::optional<double> seconds;                       ///< headless: how much of a live stream
+    TextureChoice texture;
     double wait = 20;                                    ///< seconds to wait for the stream to be ready
 };
 

@@ -40,7 +40,7 @@ Result<Session> open_session(const std::string& input, SessionOptions options) {
             return Error{ErrorCode::unavailable, fmt::format("{} did not answer within {:.0f} s{}{}", input, options.wait,
                                                              status.reason.empty() ? "" : ": ", status.reason)};
     }
-    MIEN_TRY(stream, open_stream_model(*session.source, options.sound, options.motion_rungs));
+    MIEN_TRY(stream, open_stream_model(*session.source, options.sound, options.motion_rungs, options.texture));
     session.stream = std::make_unique<StreamModel>(std::move(stream));
     const bool sound_only = options.sound_first && session.stream->sound;
     session.source->select(sound_only ? std::uint64_t(1) << session.stream->sound_slot : session.stream->slots());

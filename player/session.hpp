@@ -23,6 +23,7 @@ struct SessionOptions {
     net::SourceOptions source;
     bool sound = true;
     std::size_t motion_rungs = 64;          ///< at most
+    TextureChoice texture;
     bool sound_first = false;               ///< only the sound is asked for at first, when there is any
     double delay = 0;                       ///< seconds that frames of a live stream wait to be shown evenly
     double wait = 20;                       ///< seconds until the stream must be ready

@@ -30,7 +30,8 @@ std::uint64_t StreamModel::slots() const {
     return bits;
 }
 
-Result<StreamModel> open_stream_model(const net::StreamSource& source, bool with_sound, std::size_t motion_rungs) {
+Result<StreamModel> open_stream_model(const net::StreamSource& source, bool with_sound, std::size_t motion_rungs,
+                                      const TextureChoice& choice) {
     const protocol::StreamHeader& header = source.header();
     const auto find = [&](const Hash& hash) { return source.blob(hash); };
     MIEN_TRY(face, decoder::decode_model(header.model, find));
@@ -57,12 +58,16 @@ Result<StreamModel> open_stream_model(const net::StreamSource& source, bool with
     stream.frames = std::int64_t(header.frames);
     stream.live = source.live();
     if (const auto* track = stream.live ? nullptr : first_track(header, protocol::TrackKind::texture)) {
-        MIEN_TRY(texture, decoder::TextureDecoder::create(*track, base_rung(*track)));
-        const auto& shown = std::get<protocol::TextureInfo>(track->info);
+        const std::size_t wanted = choice.rung   ? *choice.rung
+                                   : choice.kbps ? protocol::texture_rung_within(*track, *choice.kbps * 1000)
+                                                 : protocol::kFinestRung;
+        const protocol::Rung& rung = protocol::texture_rung(*track, wanted);
+        MIEN_TRY(texture, decoder::TextureDecoder::create(*track, rung));
+        const protocol::Rung::Size size = protocol::texture_size(*track, rung);
         stream.texture.emplace(std::move(texture));
-        stream.texture_slot = base_rung(*track).slot;
-        stream.texture_width = int(shown.width);
-        stream.texture_height = int(shown.height);
+        stream.texture_slot = rung.slot;
+        stream.texture_width = int(size.width);
+        stream.texture_height = int(size.height);
     } else {
         for (const protocol::BlobInfo& blob : source.catalogue().blobs) {
             if (blob.kind != protocol::BlobKind::texture) continue;

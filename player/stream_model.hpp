@@ -8,8 +8,15 @@
 #include "decoder/motion_decoder.hpp"
 #include "model/face_model.hpp"
 #include "net/source.hpp"
+#include "protocol/texture_rungs.hpp"
 
 namespace mien::player {
+
+/// Which rung of a texture to play.
+struct TextureChoice {
+    std::optional<std::size_t> rung;        ///< number, 0 the coarsest
+    std::optional<double> kbps;             ///< else the finest of at most this rate; neither: the finest
+};
 
 /// What a stream announces, made ready to decode and draw: the model, and a decoder for one rung of each track.
 struct StreamModel {
@@ -31,6 +38,7 @@ struct StreamModel {
 };
 
 /// From a source that is ready. with_sound: whether to decode its sound. motion_rungs: how many rungs of its motion to use, at most.
-Result<StreamModel> open_stream_model(const net::StreamSource& source, bool with_sound, std::size_t motion_rungs = 64);
+Result<StreamModel> open_stream_model(const net::StreamSource& source, bool with_sound, std::size_t motion_rungs = 64,
+                                      const TextureChoice& texture = {});
 
 }  // namespace mien::player

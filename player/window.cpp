@@ -54,6 +54,7 @@ Opened open_stream(const Options& options, std::string input, std::shared_ptr<st
     wanted.source.cache = open_cache(options);
     wanted.sound = options.sound;
     wanted.motion_rungs = options.motion_rung + 1;
+    wanted.texture = options.texture;
     wanted.wait = options.wait;
     wanted.delay = options.delay;
     wanted.give_up = [cancelled] { return cancelled->load(); };

@@ -9,7 +9,7 @@ namespace mien::protocol {
 
 namespace {
 
-constexpr std::uint8_t kRefines = 1, kBasis = 2;
+constexpr std::uint8_t kRefines = 1, kBasis = 2, kSize = 4;
 constexpr std::uint8_t kPose = 1, kGaze = 2, kPresence = 4;
 
 void write(ByteWriter& out, const MotionInfo& info) {
@@ -33,9 +33,14 @@ void write(ByteWriter& out, const SoundInfo& info) {
 }
 void write(ByteWriter& out, const Rung& rung) {
     out.u8(rung.slot);
-    out.u8(static_cast<std::uint8_t>((rung.refines ? kRefines : 0) | (rung.basis ? kBasis : 0)));
+    out.u8(static_cast<std::uint8_t>((rung.refines ? kRefines : 0) | (rung.basis ? kBasis : 0) |
+                                     (rung.size ? kSize : 0)));
     if (rung.refines) out.u8(*rung.refines);
     if (rung.basis) out.hash(*rung.basis);
+    if (rung.size) {
+        out.varint(rung.size->width);
+        out.varint(rung.size->height);
+    }
     out.text(rung.codec);
     out.varint(rung.bits_per_second);
     out.u8(rung.priority);
@@ -96,9 +101,14 @@ Rung read_rung(ByteReader& in) {
     Rung rung;
     rung.slot = in.u8();
     const std::uint8_t flags = in.u8();
-    if (flags > (kRefines | kBasis)) in.fail();
+    if (flags > (kRefines | kBasis | kSize)) in.fail();
     if (flags & kRefines) rung.refines = in.u8();
     if (flags & kBasis) rung.basis = in.hash();
+    if (flags & kSize) {
+        const std::uint32_t width = bounded(in, kMaxTextureSide), height = bounded(in, kMaxTextureSide);
+        if (width == 0 || height == 0) in.fail();
+        rung.size = {width, height};
+    }
     rung.codec = in.text(kMaxCodecName);
     rung.bits_per_second = bounded(in, 0xffffffffu);
     rung.priority = in.u8();
@@ -137,6 +147,8 @@ Result<Track> read_track(ByteReader& in, std::uint64_t& slots) {
         // A rung refines one that the track named before it, so chains end.
         if (rung.refines && (*rung.refines >= kMaxSlots || !(own >> *rung.refines & 1)))
             return damaged(fmt::format("slot {} refines slot {}, which its track has not named", rung.slot, *rung.refines));
+        if (rung.size && track.kind != TrackKind::texture)
+            return damaged(fmt::format("slot {} is no texture but has a size in texels", rung.slot));
         own |= std::uint64_t(1) << rung.slot;
         slots |= std::uint64_t(1) << rung.slot;
         track.rungs.push_back(std::move(rung));

@@ -18,12 +18,17 @@ enum class MotionKind : std::uint8_t { vertices = 1, markers = 2, weights = 3 };
 
 /// One quality of one track. `slot` is its number in the whole stream; groups and objects name it by that.
 struct Rung {
+    struct Size {
+        std::uint32_t width = 0, height = 0;
+        bool operator==(const Size&) const = default;
+    };
     std::uint8_t slot = 0;                   ///< < kMaxSlots, unique in the stream
     std::optional<std::uint8_t> refines;     ///< slot of the rung it refines; none: it stands alone
     std::string codec;                       ///< "motion"; "mpeg4" "h264" "hevc" "av1"; "opus" "aac"
     std::uint32_t bits_per_second = 0;       ///< average; 0: not known
     std::uint8_t priority = 0;               ///< 0 is dropped last
     std::optional<Hash> basis;               ///< motion: the motion basis blob it starts with
+    std::optional<Size> size;                ///< texture: texels as shown, where they are not the track's
     Bytes codec_config;                      ///< texture, sound: out-of-band codec headers (FFmpeg's extradata)
 };
 

@@ -12,7 +12,7 @@ namespace {
 struct Request {
     std::string file, output;
     bool overwrite = false, no_texture = false, quiet = false;
-    std::size_t rung = StoredStream::kAllRungs;
+    Rungs rungs;
 };
 
 Result<int> decode(const Request& request) {
@@ -20,7 +20,7 @@ Result<int> decode(const Request& request) {
     if (!stream.reader().complete()) warn("'" + request.file + "': " + stream.reader().complaint());
     const Progress progress = progress_bar(request.quiet);
     const auto losses = std::make_shared<Losses>();
-    MIEN_TRY(clip, decode_stream(stream, progress, request.no_texture ? Keep::all : Keep::textured, losses, request.rung));
+    MIEN_TRY(clip, decode_stream(stream, progress, request.no_texture ? Keep::all : Keep::textured, losses, request.rungs));
     if (request.no_texture) clip.texture = nullptr;
     io::WriteOptions options;
     options.overwrite = request.overwrite;
@@ -42,7 +42,8 @@ void add_decode(CLI::App& mien, int& code) {
     command->add_option("file", request->file, "Stream file")->required();
     command->add_option("-o,--output", request->output, "Clip folder to write")->required();
     command->add_flag("-y,--overwrite", request->overwrite, "Overwrite what is in the folder");
-    command->add_option("--rung", request->rung, "Highest rung of motion to use, 0 the coarsest (default: all)")->check(CLI::Range(0, 63));
+    command->add_option("--rung", request->rungs.motion, "Highest rung of motion to use, 0 the coarsest (default: all)")->check(CLI::Range(0, 63));
+    command->add_option("--texture-rung", request->rungs.texture, "Rung of texture to use, 0 the coarsest (default: the finest)")->check(CLI::Range(0, 63));
     command->add_flag("--no-texture", request->no_texture, "Leave the texture out");
     command->add_flag("-q,--quiet", request->quiet, "No progress, no summary");
     command->callback([request, &code] { code = guarded([&] { return decode(*request); }); });

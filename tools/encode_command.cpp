@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <charconv>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -26,6 +27,7 @@ struct Request {
     std::string motion = "auto", preset = "file", group = "1", unit;
     std::optional<double> rms, peak, motion_kbps;
     std::string texture_codec = "h264", texture_speed;
+    std::vector<std::string> texture_rungs;
     std::optional<double> texture_kbps, texture_quality;
     std::string sound_codec = "opus";
     double sound_kbps = 48;
@@ -77,6 +79,19 @@ private:
     int fd_ = -1;
 };
 
+/// "240" or "240@512".
+Result<encoder::TextureRung> texture_rung(const std::string& text) {
+    encoder::TextureRung rung;
+    const std::size_t at = text.find('@');
+    const auto whole = [](const std::string& digits, auto& number) {
+        const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+        return error == std::errc() && end == digits.data() + digits.size() && number > 0;
+    };
+    if (!whole(text.substr(0, at), rung.kbps) || (at != std::string::npos && !whole(text.substr(at + 1), rung.width)))
+        return Error{ErrorCode::invalid, "--texture-rungs takes kbit/s, or kbit/s@texels, not '" + text + "'"};
+    return rung;
+}
+
 Result<encoder::StreamOptions> stream_options(const Request& request, const Clip& clip, const std::optional<StoredTake>& take) {
     using protocol::MotionKind;
     encoder::StreamOptions options;
@@ -116,6 +131,10 @@ Result<encoder::StreamOptions> stream_options(const Request& request, const Clip
         options.texture->kbps = request.texture_kbps;
         options.texture->quality = request.texture_quality;
         options.texture->speed = request.texture_speed;
+        for (const std::string& text : request.texture_rungs) {
+            MIEN_TRY(rung, texture_rung(text));
+            options.texture->rungs.push_back(rung);
+        }
     }
     if (request.no_sound) {
         options.sound.reset();
@@ -211,6 +230,10 @@ void add_encode(CLI::App& mien, int& code) {
     auto* texture_codec = command->add_option("--texture-codec", request->texture_codec, "mpeg4, h264, hevc or av1")->capture_default_str();
     auto* texture_rate = command->add_option("--texture-kbps", request->texture_kbps, "Texture bit rate, kbit/s")->check(CLI::PositiveNumber);
     auto* texture_quality = command->add_option("--texture-quality", request->texture_quality, "Texture quality 0 .. 100 instead of a rate")->check(CLI::Range(0, 100))->excludes(texture_rate);
+    command->add_option("--texture-rungs", request->texture_rungs, "Several texture bit rates in one stream, kbit/s, the lowest first, each with its width in texels if it is not the clip's: 60@512,240,1000")
+        ->delimiter(',')
+        ->excludes(texture_rate)
+        ->excludes("--texture-quality");
     command->add_option("--texture-speed", request->texture_speed, "The codec's own preset name");
     command->add_option("--sound-codec", request->sound_codec, "opus or aac")->capture_default_str();
     command->add_option("--sound-kbps", request->sound_kbps, "Sound bit rate, kbit/s")->check(CLI::PositiveNumber)->capture_default_str();

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "protocol/texture_rungs.hpp"
 #include "tools/byte_split.hpp"
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
@@ -26,11 +27,14 @@ ordered_json to_json(const ByteSplit& s) {
             {"framing", s.framing}};
 }
 
-std::string describe(const protocol::Track& track) {
+std::string describe(const protocol::Track& track, const protocol::Rung& rung) {
     if (const auto* m = std::get_if<protocol::MotionInfo>(&track.info))
         return fmt::format("{} {}{}{}{}", m->count, m->kind == protocol::MotionKind::vertices ? "vertices" : m->kind == protocol::MotionKind::markers ? "markers" : "weights",
                            m->has_pose ? ", head pose" : "", m->has_gaze ? ", gaze" : "", m->has_presence ? ", some missing" : "");
-    if (const auto* t = std::get_if<protocol::TextureInfo>(&track.info)) return fmt::format("{} x {}", t->width, t->height);
+    if (track.kind == protocol::TrackKind::texture) {
+        const protocol::Rung::Size size = protocol::texture_size(track, rung);
+        return fmt::format("{} x {}", size.width, size.height);
+    }
     const auto& s = std::get<protocol::SoundInfo>(track.info);
     return fmt::format("{} Hz, {} channel{}", s.sample_rate, s.channels, s.channels == 1 ? "" : "s");
 }
@@ -57,7 +61,7 @@ Result<int> info(const std::string& file, bool json) {
             const auto slot = account.slots.find(rung.slot);
             const std::uint64_t payload = slot == account.slots.end() ? 0 : slot->second.payload;
             out["tracks"].push_back({{"kind", name_of(track.kind)}, {"codec", rung.codec}, {"kbps", seconds > 0 ? double(payload) * 8 / 1000 / seconds : 0.0},
-                                     {"description", describe(track)}});
+                                     {"description", describe(track, rung)}});
             if (rung.refines) out["tracks"].back()["refines"] = *rung.refines;
         }
     if (json) {

@@ -21,10 +21,9 @@ constexpr std::int64_t kMostHeldNumbers = std::int64_t(1) << 28, kMostHeldFrames
 /// that was read before.
 class StreamTexture final : public TextureSource {
 public:
-    StreamTexture(StoredStream stream, const protocol::Track& track, decoder::TextureDecoder decoder, std::int64_t most_frames,
-                  std::shared_ptr<Losses> losses)
-        : stream_(std::move(stream)), info_(std::get<protocol::TextureInfo>(track.info)), slot_(track.rungs.front().slot),
-          decoder_(std::move(decoder)), losses_(std::move(losses)) {
+    StreamTexture(StoredStream stream, const protocol::Track& track, const protocol::Rung& rung, decoder::TextureDecoder decoder,
+                  std::int64_t most_frames, std::shared_ptr<Losses> losses)
+        : stream_(std::move(stream)), size_(protocol::texture_size(track, rung)), slot_(rung.slot), decoder_(std::move(decoder)), losses_(std::move(losses)) {
         for (const auto& entry : stream_.reader().index())
             if (entry.slot == slot_) groups_.push_back(entry);
         // A stream that has been cut gives its whole groups: nobody knows whose pictures the rest of another are.
@@ -33,8 +32,8 @@ public:
         if (stream_.reader().complete()) frames_ = std::int64_t(stream_.header().frames);
         if (losses_) frames_ = std::min(frames_, most_frames);
     }
-    int width() const override { return int(info_.width); }
-    int height() const override { return int(info_.height); }
+    int width() const override { return int(size_.width); }
+    int height() const override { return int(size_.height); }
     std::int64_t frames() const override { return frames_; }
 
     Result<Image> read(std::int64_t frame) override {
@@ -90,7 +89,7 @@ private:
     }
 
     StoredStream stream_;
-    protocol::TextureInfo info_;
+    protocol::Rung::Size size_;
     std::uint8_t slot_;
     decoder::TextureDecoder decoder_;
     std::vector<protocol::IndexEntry> groups_;
@@ -269,7 +268,7 @@ std::string describe(const Loss& loss, const protocol::StreamHeader& header) {
                        loss.end - 1, loss.first > 0 ? loss.first - 1 : loss.end, loss.why);
 }
 
-Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress, Keep keep, std::shared_ptr<Losses> losses, std::size_t highest_rung) {
+Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress, Keep keep, std::shared_ptr<Losses> losses, Rungs rungs) {
     MIEN_TRY(model, stream.model());
     if (!stream.track(TrackKind::motion)) return Error{ErrorCode::missing, "the stream has no motion track"};
     Clip clip;
@@ -279,11 +278,12 @@ Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress,
     if (model.neutral.vertex_count() > 0) clip.neutral = model.neutral;
     if (const auto* sites = model::driving_sites(model)) clip.marker_sites = *sites;
     if (const auto* shapes = std::get_if<model::BlendshapeBase>(&model.base)) clip.blendshapes = shapes->targets;
-    MIEN_CHECK(decode_motion(stream, model, clip, progress, losses.get(), highest_rung));
+    MIEN_CHECK(decode_motion(stream, model, clip, progress, losses.get(), rungs.motion));
 
     if (const protocol::Track* track = stream.track(TrackKind::texture)) {
-        MIEN_TRY(texture, decoder::TextureDecoder::create(*track, track->rungs.front()));
-        clip.texture = std::make_shared<StreamTexture>(stream, *track, std::move(texture), clip.frame_count(), losses);
+        const protocol::Rung& rung = protocol::texture_rung(*track, rungs.texture);
+        MIEN_TRY(texture, decoder::TextureDecoder::create(*track, rung));
+        clip.texture = std::make_shared<StreamTexture>(stream, *track, rung, std::move(texture), clip.frame_count(), losses);
         if (clip.texture->frames() == 0) clip.texture = nullptr;  // cut inside its first group
         else if (keep == Keep::textured) shorten(clip, clip.texture->frames());
     } else {

@@ -5,6 +5,7 @@
 
 #include "core/clip.hpp"
 #include "core/progress.hpp"
+#include "protocol/texture_rungs.hpp"
 #include "tools/stored_stream.hpp"
 
 namespace mien::tools {
@@ -25,12 +26,18 @@ std::string describe(const Loss& loss, const protocol::StreamHeader& header);
 /// does what is `textured`.
 enum class Keep { textured, all };
 
+/// Which rungs to decode, 0 the coarsest: of motion all up to this one, of texture this one.
+struct Rungs {
+    std::size_t motion = StoredStream::kAllRungs;
+    std::size_t texture = protocol::kFinestRung;
+};
+
 /// Everything a stream gives back, in the shape of the clip that was encoded: its vertices, markers or weights, head pose,
 /// gaze, texture (decoded as it is read) and sound.
 ///
 /// Without `losses`, groups that cannot be decoded are an error. With it they are noted there (those of the texture as it is
 /// read) and the rest keeps its time: lost frames repeat the one before, at the start the one after, and lost sound is silent.
 Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress = {}, Keep keep = Keep::textured,
-                           std::shared_ptr<Losses> losses = nullptr, std::size_t highest_rung = StoredStream::kAllRungs);
+                           std::shared_ptr<Losses> losses = nullptr, Rungs rungs = {});
 
 }  // namespace mien::tools

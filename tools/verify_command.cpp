@@ -1,5 +1,6 @@
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -22,7 +23,7 @@ struct Request {
     std::string file, clip;
     bool json = false, no_texture = false;
     std::optional<double> max_rms, max_peak;
-    std::size_t rung = StoredStream::kAllRungs;
+    Rungs rungs;
 };
 
 Error differ(const std::string& what, std::int64_t stream, std::int64_t clip) {
@@ -65,10 +66,29 @@ Result<std::optional<MotionError>> compare_mesh(const StoredStream& stream, cons
     return std::optional(error);
 }
 
+/// Bilinear, as a GPU samples it.
+Image enlarged(const Image& picture, int width, int height) {
+    if (picture.width == width && picture.height == height) return picture;
+    Image large(width, height, picture.channels);
+    const auto place = [](int at, int to, int from) { return std::clamp((at + 0.5f) * float(from) / float(to) - 0.5f, 0.0f, float(from - 1)); };
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const float u = place(x, width, picture.width), v = place(y, height, picture.height);
+            const int u0 = int(u), v0 = int(v), u1 = std::min(u0 + 1, picture.width - 1), v1 = std::min(v0 + 1, picture.height - 1);
+            for (int c = 0; c < picture.channels; ++c) {
+                const float above = std::lerp(float(picture.at(u0, v0)[c]), float(picture.at(u1, v0)[c]), u - float(u0));
+                const float below = std::lerp(float(picture.at(u0, v1)[c]), float(picture.at(u1, v1)[c]), u - float(u0));
+                large.at(x, y)[c] = std::uint8_t(std::lround(std::lerp(above, below, v - float(v0))));
+            }
+        }
+    return large;
+}
+
 Result<std::optional<ordered_json>> compare_texture(const Clip& truth, const Clip& received, const Progress& progress) {
     if (!truth.texture || !received.texture) return std::optional<ordered_json>{};
     const int width = truth.texture->width(), height = truth.texture->height();
-    if (width != received.texture->width() || height != received.texture->height())
+    // A rung may have fewer texels than the clip: it is compared as it is drawn.
+    if (width < received.texture->width() || height < received.texture->height())
         return Error{ErrorCode::mismatch, fmt::format("the stream's texture is {} x {} but the clip's is {} x {}", received.texture->width(),
                                                       received.texture->height(), width, height)};
     std::vector<std::uint8_t> used;
@@ -84,7 +104,7 @@ Result<std::optional<ordered_json>> compare_texture(const Clip& truth, const Cli
         if (progress) progress("comparing texture", f, frames);
         MIEN_TRY(a, truth.texture->read(f));
         MIEN_TRY(b, received.texture->read(f));
-        comparison.add(a, b);
+        comparison.add(a, enlarged(b, width, height));
     }
     return std::optional(ordered_json{{"psnr_y_db", comparison.psnr_y()}, {"ssim", comparison.ssim()}, {"frames", comparison.frames()}});
 }
@@ -93,7 +113,7 @@ Result<int> verify(const Request& request) {
     const Progress progress = progress_bar(request.json);
     MIEN_TRY(stream, StoredStream::open(request.file));
     MIEN_TRY(loaded, io::load_clip(request.clip, {.frame_rate = {}, .unit = {}, .progress = progress}));
-    MIEN_TRY(received, decode_stream(stream, progress, Keep::textured, nullptr, request.rung));
+    MIEN_TRY(received, decode_stream(stream, progress, Keep::textured, nullptr, request.rungs));
     const Clip& truth = loaded.clip;
     const auto kind = std::get<protocol::MotionInfo>(stream.track(protocol::TrackKind::motion)->info).kind;
     const bool weights = kind == MotionKind::weights;
@@ -108,7 +128,7 @@ Result<int> verify(const Request& request) {
     if (request.max_rms && !(motion.rms() <= *request.max_rms)) complaints.push_back(fmt::format("RMS error {} exceeds {}", motion.rms(), *request.max_rms));
     if (request.max_peak && !(motion.peak() <= *request.max_peak)) complaints.push_back(fmt::format("peak error {} exceeds {}", motion.peak(), *request.max_peak));
     if (kind != MotionKind::vertices) {
-        MIEN_TRY(mesh, compare_mesh(stream, truth, request.rung));
+        MIEN_TRY(mesh, compare_mesh(stream, truth, request.rungs.motion));
         if (mesh) report["mesh"] = {{"mean_mm", mesh->mean()}, {"rms_mm", mesh->rms()}, {"peak_mm", mesh->peak()}};
     }
     if (!request.no_texture) {
@@ -145,8 +165,9 @@ void add_verify(CLI::App& mien, int& code) {
     command->add_option("file", request->file, "Stream file")->required();
     command->add_option("clip", request->clip, "The original clip")->required();
     command->add_flag("--json", request->json, "As JSON");
+    command->add_option("--texture-rung", request->rungs.texture, "Rung of texture to use, 0 the coarsest (default: the finest)")->check(CLI::Range(0, 63));
     command->add_flag("--no-texture", request->no_texture, "Motion only");
-    command->add_option("--rung", request->rung, "Highest rung of motion to use, 0 the coarsest (default: all)")->check(CLI::Range(0, 63));
+    command->add_option("--rung", request->rungs.motion, "Highest rung of motion to use, 0 the coarsest (default: all)")->check(CLI::Range(0, 63));
     command->add_option("--max-rms", request->max_rms, "Fail above this RMS motion error");
     command->add_option("--max-peak", request->max_peak, "Fail above this peak motion error");
     command->callback([request, &code] { code = guarded([&] { return verify(*request); }, request->json); });

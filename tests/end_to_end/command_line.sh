@@ -38,6 +38,17 @@ does "$mien" encode clip -o vertices.mien --rms 0.1
 does "$mien" verify vertices.mien clip --max-rms 0.1
 does "$mien" encode clip -o peak.mien --peak 0.5 --no-texture
 does "$mien" verify peak.mien clip --max-peak 0.5
+does "$mien" encode clip -o rungs.mien --texture-rungs 30@32,90 --no-sound
+for rung in 0 1; do
+    "$mien" verify rungs.mien clip --texture-rung $rung --json >rung$rung.json || complain "verify of rung $rung fails"
+    does "$mien" decode rungs.mien -o rung$rung --texture-rung $rung
+done
+jq -es '.[0].texture.psnr_y_db < .[1].texture.psnr_y_db' rung0.json rung1.json >/dev/null || complain "a finer rung of texture is no better"
+jq -e '[.tracks[] | select(.kind == "texture") | .description] == ["32 x 32", "64 x 64"]' <("$mien" info rungs.mien --json) >/dev/null ||
+    complain "info does not show the rungs of texture: $("$mien" info rungs.mien --json)"
+refuses "lowest" "$mien" encode clip -o x.mien --texture-rungs 90,30
+refuses "30@" "$mien" encode clip -o x.mien --texture-rungs 30@
+refuses "excludes" "$mien" encode clip -o x.mien --texture-rungs 30 --texture-kbps 30
 does "$mien" encode clip -o markers.mien --motion markers --rms 0.1 --no-texture
 does "$mien" verify markers.mien clip --max-rms 0.1
 does "$mien" encode clip -o weights.mien --motion weights --rms 0.005 --no-texture --preset live --group 0.2

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 
 #include "player/session.hpp"
@@ -30,6 +31,45 @@ struct Opened {
         return group.slot == stream->motion_slots.front() || (stream->texture && group.slot == stream->texture_slot);
     }
 };
+
+TEST(StreamModel, TakesTheRungOfTextureThatIsAskedFor) {
+    encoder::StreamOptions options;
+    options.group_seconds = 0.5;
+    options.texture->rungs = {{20, 0}, {60, 0}, {180, 0}};
+    auto encoded = encoder::encode_stream(small_clip(true, true), options);
+    ASSERT_TRUE(encoded.ok()) << encoded.error().message;
+    // Rates that a numbered texture really takes are all alike; the choice goes by what the header says.
+    std::vector<protocol::Rung>& rungs = encoded->header.tracks[1].rungs;
+    ASSERT_EQ(rungs.size(), 3u);
+    for (std::size_t r = 0; r < 3; ++r) rungs[r].bits_per_second = std::uint32_t(20000 * std::pow(3, r));
+    const std::uint8_t first = rungs[0].slot;
+    TemporaryFolder folder;
+    auto source = net::open_source(store(*encoded, folder));
+    ASSERT_TRUE(source.ok() && (*source)->wait_ready(std::chrono::seconds(5)).ok());
+    const auto slot = [&](const TextureChoice& choice) { return open_stream_model(**source, false, 64, choice)->texture_slot - first; };
+    EXPECT_EQ(slot({}), 2);
+    EXPECT_EQ(slot({.rung = 0, .kbps = {}}), 0);
+    EXPECT_EQ(slot({.rung = 1, .kbps = {}}), 1);
+    EXPECT_EQ(slot({.rung = 9, .kbps = {}}), 2);
+    EXPECT_EQ(slot({.rung = {}, .kbps = 100}), 1);
+    EXPECT_EQ(slot({.rung = {}, .kbps = 60}), 1);
+    EXPECT_EQ(slot({.rung = {}, .kbps = 5}), 0);
+
+    // Only that rung is read, and it plays.
+    SessionOptions wanted;
+    wanted.texture.rung = 1;
+    auto session = open_session(store(*encoded, folder), std::move(wanted));
+    ASSERT_TRUE(session.ok()) << session.error().message;
+    session->decode->start();
+    for (std::int64_t f = 0; f < kFrames; ++f) {
+        const auto frame = session->decode->wait_pop({});
+        ASSERT_TRUE(frame && frame->texture);
+        EXPECT_EQ(frame->frame, f);
+    }
+    EXPECT_GT(session->decode->bytes_of(std::uint8_t(first + 1)), 0u);
+    EXPECT_EQ(session->decode->bytes_of(first), 0u);
+    EXPECT_EQ(session->decode->bytes_of(std::uint8_t(first + 2)), 0u);
+}
 
 std::vector<PlayFrame> drain(GroupDecoder& decoder) {
     std::vector<PlayFrame> frames;

@@ -60,15 +60,16 @@ TEST(Messages, Header) {
           {.slot = 5, .refines = 0, .codec = "motion", .priority = 9}}});
     header.tracks.push_back({TrackKind::texture, "skin", {1001, 30000}, TextureInfo{1024, 512, YuvView::Matrix::bt709, true},
                              {{.slot = 1, .codec = "h264", .bits_per_second = 250000, .priority = 1,
-                               .codec_config = literal({1, 0x42, 0xe0})}}});
+                               .codec_config = literal({1, 0x42, 0xe0})},
+                              {.slot = 6, .codec = "h264", .bits_per_second = 60000, .priority = 3, .size = protocol::Rung::Size{512, 256}}}});
     header.tracks.push_back({TrackKind::sound, "", {1, 48000}, SoundInfo{48000, 2, 312, 960, 240240},
                              {{.slot = 2, .codec = "opus", .priority = 2}}});
     expect_bytes(header, join({literal({
         0x01,                          // type HEADER
-        0xbf, 0x01,                    // length 191
+        0xcf, 0x01,                    // length 207
         'm', 'i', 'e', 'n',            // magic
         0x03,                          // version 3
-        0xec, 0x69, 0x65, 0xee,        // CRC-32C of all that follows
+        0xc6, 0xc1, 0x4b, 0x3c,        // CRC-32C of all that follows
         0x04, 'd', 'e', 'm', 'o',      // name
         0xb0, 0xea, 0x01, 0xe9, 0x07,  // frame rate 30000 / 1001
         0x96, 0x01,                    // 150 frames
@@ -102,12 +103,18 @@ TEST(Messages, Header) {
         0xe9, 0x07, 0xb0, 0xea, 0x01,  // time base 1001 / 30000
         0x80, 0x08, 0x80, 0x04,        // 1024 x 512 texels
         0x00, 0x01,                    // BT.709, full range
-        0x01,                          // one rung
+        0x02,                          // two rungs
         0x01, 0x00,                    // slot 1, stands alone
         0x04, 'h', '2', '6', '4',      // codec
         0x90, 0xa1, 0x0f,              // 250 000 bit/s
         0x01,                          // priority 1
         0x03, 0x01, 0x42, 0xe0,        // three bytes of codec configuration
+        0x06, 0x04,                    // slot 6, has a size
+        0x80, 0x04, 0x80, 0x02,        // 512 x 256 texels
+        0x04, 'h', '2', '6', '4',      // codec
+        0xe0, 0xd4, 0x03,              // 60 000 bit/s
+        0x03,                          // priority 3
+        0x00,                          // no codec configuration
         0x03,                          // track 2: sound
         0x00,                          // no name
         0x01, 0x80, 0xf7, 0x02,        // time base 1 / 48000
@@ -121,6 +128,20 @@ TEST(Messages, Header) {
         0x04, 'o', 'p', 'u', 's',      // codec
         0x00, 0x02, 0x00,              // bit/s not known, priority 2, no codec configuration
     })}));
+}
+
+TEST(Messages, HeaderRefusesSizesThatMeanNothing) {
+    StreamHeader header;
+    header.tracks.push_back({TrackKind::texture, "skin", {1, 30}, TextureInfo{64, 64, YuvView::Matrix::bt709, false}, {{.slot = 1, .codec = "h264"}}});
+    for (const Rung::Size size : {Rung::Size{0, 64}, Rung::Size{64, 0}, Rung::Size{8193, 64}, Rung::Size{64, 8193}}) {
+        header.tracks[0].rungs[0].size = size;
+        EXPECT_FALSE(parse_message(encode(header)).ok()) << size.width << " x " << size.height;
+    }
+    header.tracks[0].rungs[0].size = {8192, 1};
+    EXPECT_TRUE(parse_message(encode(header)).ok());
+    header.tracks[0].kind = TrackKind::motion;
+    header.tracks[0].info = MotionInfo{MotionKind::vertices, 3, false, false, false};
+    EXPECT_FALSE(parse_message(encode(header)).ok());
 }
 
 TEST(Messages, Catalogue) {

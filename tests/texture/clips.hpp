@@ -51,16 +51,20 @@ inline protocol::Track track_of(const encoder::EncodedTexture& encoded) {
     protocol::Track track;
     track.kind = protocol::TrackKind::texture;
     track.info = encoded.info;
-    protocol::Rung rung;
-    rung.codec = encoded.codec;
-    rung.codec_config = encoded.codec_config;
-    track.rungs.push_back(rung);
+    for (const encoder::EncodedTextureRung& encoded_rung : encoded.rungs) {
+        protocol::Rung rung;
+        rung.codec = encoded.codec;
+        rung.codec_config = encoded_rung.codec_config;
+        if (encoded_rung.width != int(encoded.info.width))
+            rung.size = {std::uint32_t(encoded_rung.width), std::uint32_t(encoded_rung.height)};
+        track.rungs.push_back(rung);
+    }
     return track;
 }
 
-inline decoder::TextureDecoder decoder_of(const encoder::EncodedTexture& encoded, int threads = 0) {
+inline decoder::TextureDecoder decoder_of(const encoder::EncodedTexture& encoded, int threads = 0, std::size_t rung = 0) {
     const protocol::Track track = track_of(encoded);
-    return std::move(*decoder::TextureDecoder::create(track, track.rungs[0], threads));
+    return std::move(*decoder::TextureDecoder::create(track, track.rungs[rung], threads));
 }
 
 /// All pictures of one group, through a decoder that may have decoded anything before.
@@ -77,9 +81,9 @@ inline Result<std::vector<decoder::TextureFrame>> decode_group(decoder::TextureD
     return all;
 }
 
-inline std::uint64_t bytes_of(const encoder::EncodedTexture& encoded) {
-    std::uint64_t bytes = encoded.codec_config.size();
-    for (const auto& group : encoded.groups)
+inline std::uint64_t bytes_of(const encoder::EncodedTexture& encoded, std::size_t rung = 0) {
+    std::uint64_t bytes = encoded.rungs[rung].codec_config.size();
+    for (const auto& group : encoded.rungs[rung].groups)
         for (const auto& object : group.objects) bytes += object.bytes.size();
     return bytes;
 }

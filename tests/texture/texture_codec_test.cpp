@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "core/parallel.hpp"
 #include "core/picture_measures.hpp"
 #include "tests/texture/clips.hpp"
 
@@ -29,12 +30,12 @@ TEST_P(EveryCodec, ComesBackCloseToWhatWentInFrameForFrame) {
     const Clip clip = painted_clip(128, 96, 25);
     const auto encoded = encoder::encode_texture(clip, options(10));
     ASSERT_TRUE(encoded.ok()) << encoded.error().message;
-    ASSERT_EQ(encoded->groups.size(), 3u);
-    EXPECT_EQ(encoded->groups[0].objects.size(), 10u);
-    EXPECT_EQ(encoded->groups[2].objects.size(), 5u);
+    ASSERT_EQ(encoded->rungs[0].groups.size(), 3u);
+    EXPECT_EQ(encoded->rungs[0].groups[0].objects.size(), 10u);
+    EXPECT_EQ(encoded->rungs[0].groups[2].objects.size(), 5u);
     auto decoder = decoder_of(*encoded);
     std::int64_t expected = 0;
-    for (const auto& group : encoded->groups) {
+    for (const auto& group : encoded->rungs[0].groups) {
         EXPECT_EQ(group.first_time, expected);
         const auto frames = decode_group(decoder, group);
         ASSERT_TRUE(frames.ok()) << frames.error().message;
@@ -55,7 +56,7 @@ TEST_P(EveryCodec, DecodesEveryGroupAlone) {
     const auto encoded = encoder::encode_texture(painted_clip(101, 67, 13), options(5));
     ASSERT_TRUE(encoded.ok()) << encoded.error().message;
     auto through = decoder_of(*encoded);
-    for (const auto& group : encoded->groups) {
+    for (const auto& group : encoded->rungs[0].groups) {
         auto alone = decoder_of(*encoded);
         const auto a = decode_group(through, group), b = decode_group(alone, group);
         ASSERT_TRUE(a.ok() && b.ok());
@@ -75,20 +76,20 @@ TEST_P(EveryCodec, SaysBt709AndLimitedRangeAndMakesTheSameBytesTwice) {
     const auto first = encoder::encode_texture(clip, options(3)),
                second = encoder::encode_texture(clip, options(3));
     ASSERT_TRUE(first.ok() && second.ok());
-    EXPECT_EQ(first->codec_config, second->codec_config);
+    EXPECT_EQ(first->rungs[0].codec_config, second->rungs[0].codec_config);
     for (std::size_t i = 0; i < 3; ++i)
-        EXPECT_EQ(first->groups[0].objects[i].bytes, second->groups[0].objects[i].bytes);
+        EXPECT_EQ(first->rungs[0].groups[0].objects[i].bytes, second->rungs[0].groups[0].objects[i].bytes);
     // Alpha is ignored.
     const auto opaque = encoder::encode_texture(painted_clip(128, 96, 3, 3), options(3));
     ASSERT_TRUE(opaque.ok());
-    EXPECT_EQ(opaque->groups[0].objects[0].bytes, first->groups[0].objects[0].bytes);
+    EXPECT_EQ(opaque->rungs[0].groups[0].objects[0].bytes, first->rungs[0].groups[0].objects[0].bytes);
 
     // A track that claims otherwise: what the bitstream says wins. MPEG-4 Part 2 says nothing.
     protocol::Track lying = track_of(*first);
     std::get<protocol::TextureInfo>(lying.info).matrix = YuvView::Matrix::bt601;
     std::get<protocol::TextureInfo>(lying.info).full_range = true;
     auto decoder = std::move(*decoder::TextureDecoder::create(lying, lying.rungs[0]));
-    const auto frames = decode_group(decoder, first->groups[0]);
+    const auto frames = decode_group(decoder, first->rungs[0].groups[0]);
     ASSERT_TRUE(frames.ok());
     const bool silent = GetParam() == "mpeg4";
     EXPECT_EQ((*frames)[0].picture.matrix, silent ? YuvView::Matrix::bt601 : YuvView::Matrix::bt709);
@@ -113,7 +114,7 @@ private:
 };
 
 TEST_P(EveryCodec, MakesTheSameBytesOnOneProcessorAndOnAll) {
-    const Clip clip = painted_clip(192, 128, 40);
+    const Clip clip = painted_clip(160, 128, 40);
     for (const bool by_rate : {true, false}) {
         encoder::TextureOptions wanted = options(10);
         if (by_rate) wanted.kbps = 200;
@@ -126,9 +127,9 @@ TEST_P(EveryCodec, MakesTheSameBytesOnOneProcessorAndOnAll) {
             ASSERT_TRUE(encoded.ok()) << encoded.error().message;
             if (!first) first = std::move(*encoded);
             else
-                for (std::size_t g = 0; g < first->groups.size(); ++g)
-                    for (std::size_t o = 0; o < first->groups[g].objects.size(); ++o)
-                        ASSERT_EQ(encoded->groups[g].objects[o].bytes, first->groups[g].objects[o].bytes)
+                for (std::size_t g = 0; g < first->rungs[0].groups.size(); ++g)
+                    for (std::size_t o = 0; o < first->rungs[0].groups[g].objects.size(); ++o)
+                        ASSERT_EQ(encoded->rungs[0].groups[g].objects[o].bytes, first->rungs[0].groups[g].objects[o].bytes)
                             << (by_rate ? "rate" : "quality") << ", run " << run << ", group " << g << ", object " << o;
         }
     }
@@ -138,7 +139,7 @@ TEST_P(EveryCodec, TakesAClipOfOneFrame) {
     const auto encoded = encoder::encode_texture(painted_clip(64, 64, 1), options(30));
     ASSERT_TRUE(encoded.ok()) << encoded.error().message;
     auto decoder = decoder_of(*encoded);
-    const auto frames = decode_group(decoder, encoded->groups.at(0));
+    const auto frames = decode_group(decoder, encoded->rungs[0].groups.at(0));
     ASSERT_TRUE(frames.ok());
     EXPECT_EQ(frames->size(), 1u);
 }
@@ -147,12 +148,12 @@ TEST_P(EveryCodec, GarbageNeverCrashesAndTheNextGroupDecodes) {
     const auto encoded = encoder::encode_texture(painted_clip(64, 64, 8), options(4));
     ASSERT_TRUE(encoded.ok());
     auto decoder = decoder_of(*encoded);
-    const auto truth = decode_group(decoder, encoded->groups[1]);
+    const auto truth = decode_group(decoder, encoded->rungs[0].groups[1]);
     ASSERT_TRUE(truth.ok());
     std::uint32_t seed = 1;
     const auto random = [&] { return (seed = seed * 1664525 + 1013904223) >> 8; };
     for (int n = 0; n < 12; ++n) {
-        protocol::Group damaged = encoded->groups[0];
+        protocol::Group damaged = encoded->rungs[0].groups[0];
         Bytes& bytes = damaged.objects[random() % 4].bytes;
         if (n % 3 == 0) bytes.resize(random() % (bytes.size() + 1));
         for (std::byte& b : bytes)
@@ -160,7 +161,7 @@ TEST_P(EveryCodec, GarbageNeverCrashesAndTheNextGroupDecodes) {
         if (const auto answer = decode_group(decoder, damaged); answer.ok()) {
             EXPECT_EQ(answer->size(), 4u);
         }
-        const auto again = decode_group(decoder, encoded->groups[1]);
+        const auto again = decode_group(decoder, encoded->rungs[0].groups[1]);
         ASSERT_TRUE(again.ok()) << again.error().message;
         for (std::size_t i = 0; i < 4; ++i)
             EXPECT_EQ(decoder::to_rgb((*again)[i].picture).pixels,
@@ -168,7 +169,7 @@ TEST_P(EveryCodec, GarbageNeverCrashesAndTheNextGroupDecodes) {
     }
     decoder.begin_group(0);
     EXPECT_FALSE(decoder.push({1, {}}).ok());
-    EXPECT_FALSE(decoder.push(encoded->groups[0].objects[0]).ok())
+    EXPECT_FALSE(decoder.push(encoded->rungs[0].groups[0].objects[0]).ok())
         << "after an error it waits for the next group";
 }
 
@@ -179,7 +180,7 @@ TEST(Texture, RefusesAPictureOfAnotherSizeThanAnnounced) {
         protocol::Track lying = track_of(*encoded);
         std::get<protocol::TextureInfo>(lying.info).width = side;
         auto decoder = std::move(*decoder::TextureDecoder::create(lying, lying.rungs[0]));
-        EXPECT_FALSE(decode_group(decoder, encoded->groups[0]).ok()) << side;
+        EXPECT_FALSE(decode_group(decoder, encoded->rungs[0].groups[0]).ok()) << side;
     }
 }
 
@@ -191,6 +192,152 @@ TEST(Texture, MeetsTheBitrateAskedFor) {
     const auto encoded = encoder::encode_texture(painted_clip(128, 128, 90), options);
     ASSERT_TRUE(encoded.ok());
     EXPECT_NEAR(double(bytes_of(*encoded)) * 8 / 1000 / 3.0, 60, 6);
+}
+
+/// Counts how often its frames are read.
+class CountedTexture final : public PaintedTexture {
+public:
+    using PaintedTexture::PaintedTexture;
+    Result<Image> read(std::int64_t frame) override { return ++reads, PaintedTexture::read(frame); }
+    std::int64_t reads = 0;
+};
+
+TEST_P(EveryCodec, EncodesAllRungsInOneReadingEachAsIfItWereAlone) {
+    const auto texture = std::make_shared<CountedTexture>(128, 96, 24);
+    Clip clip;
+    clip.texture = texture;
+    encoder::TextureOptions wanted = options(8);
+    wanted.weighted = false;
+    const double kbps[] = {40, 160, 400};
+    wanted.rungs = {{kbps[0], 64}, {kbps[1], 0}, {kbps[2], 0}};
+    const auto encoded = encoder::encode_texture(clip, wanted);
+    ASSERT_TRUE(encoded.ok()) << encoded.error().message;
+    EXPECT_LE(texture->reads, 3 * 24);   // again only for what misses its rate, all of that together
+    ASSERT_EQ(encoded->rungs.size(), 3u);
+    EXPECT_EQ(encoded->rungs[0].width, 64);
+    EXPECT_EQ(encoded->rungs[0].height, 48);
+    for (std::size_t r = 0; r < 3; ++r) {
+        const auto& rung = encoded->rungs[r];
+        ASSERT_EQ(rung.groups.size(), 3u);
+        for (std::size_t g = 0; g < 3; ++g) {
+            EXPECT_EQ(rung.groups[g].first_time, std::int64_t(8 * g));
+            auto decoder = decoder_of(*encoded, 0, r);
+            const auto frames = decode_group(decoder, rung.groups[g]);
+            ASSERT_TRUE(frames.ok()) << frames.error().message;
+            ASSERT_EQ(frames->size(), 8u);
+            EXPECT_EQ(frames->front().picture.width, rung.width);
+            EXPECT_EQ(frames->front().picture.height, rung.height);
+        }
+        if (r == 0) continue;
+        encoder::TextureOptions alone = options(8);
+        alone.weighted = false;
+        alone.kbps = kbps[r];
+        const auto single = encoder::encode_texture(clip, alone);
+        ASSERT_TRUE(single.ok());
+        for (std::size_t g = 0; g < 3; ++g)
+            for (std::size_t o = 0; o < 8; ++o)
+                ASSERT_EQ(single->rungs[0].groups[g].objects[o].bytes, rung.groups[g].objects[o].bytes) << "rung " << r;
+    }
+    EXPECT_LT(bytes_of(*encoded, 0), bytes_of(*encoded, 1));
+}
+
+TEST(Texture, RefusesRungsThatMakeNoLadder) {
+    const Clip clip = painted_clip(128, 96, 2);
+    encoder::TextureOptions options;
+    for (const std::vector<encoder::TextureRung>& rungs : std::vector<std::vector<encoder::TextureRung>>{
+             {{200, 0}, {100, 0}}, {{100, 0}, {100, 0}}, {{0, 0}}, {{100, 129}}, {{100, -1}}, [] {
+                 std::vector<encoder::TextureRung> many;
+                 for (int r = 1; r <= 17; ++r) many.push_back({10.0 * r, 0});
+                 return many;
+             }()}) {
+        options.rungs = rungs;
+        EXPECT_FALSE(encoder::encode_texture(clip, options).ok());
+    }
+    options.rungs = {{100, 0}};
+    options.kbps = 100;
+    EXPECT_FALSE(encoder::encode_texture(clip, options).ok());
+}
+
+/// Painted, with grain that creeps.
+class GrainyTexture final : public PaintedTexture {
+public:
+    using PaintedTexture::PaintedTexture;
+    Result<Image> read(std::int64_t frame) override {
+        Image image = paint(frame);
+        for (int y = 0; y < image.height; ++y)
+            for (int x = 0; x < image.width; ++x) {
+                std::uint32_t hash = std::uint32_t((y + frame / 2) * 4099 + x) * 2654435761u;
+                hash = (hash ^ hash >> 15) * 2246822519u;
+                for (int c = 0; c < 3; ++c) image.at(x, y)[c] = std::uint8_t(std::clamp(image.at(x, y)[c] + int(hash >> 16) % 41 - 20, 0, 255));
+            }
+        return image;
+    }
+};
+
+/// A clip whose atlas shows two squares: the left one faces the viewer, the right one, as lively, faces away.
+Clip two_sided_clip(std::int64_t frames) {
+    Clip clip;
+    clip.texture = std::make_shared<GrainyTexture>(128, 128, frames);
+    Mesh mesh;
+    mesh.positions.resize(8, 3);
+    mesh.positions << 0, 0, 0, 100, 0, 0, 100, 100, 0, 0, 100, 0, 300, 0, 0, 200, 0, 0, 200, 100, 0, 300, 100, 0;
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}, {4, 6, 7}};
+    mesh.texcoords = {{0, 0}, {0.5f, 0}, {0.5f, 1}, {0, 1}, {0.5f, 0}, {1, 0}, {1, 1}, {0.5f, 1}};
+    mesh.texcoord_triangles = mesh.triangles;
+    clip.neutral = mesh;
+    return clip;
+}
+
+TEST_P(EveryCodec, MakesTheSameRungsWithAnyNumberOfThreads) {
+    const Clip clip = two_sided_clip(12);
+    encoder::TextureOptions wanted = options(6);
+    wanted.rungs = {{100, 96}, {300, 0}};  // x265 3.5 wavers on pictures of a single 64 x 64 block
+    std::optional<encoder::EncodedTexture> first;
+    for (const int threads : {1, 4}) {
+        set_thread_count(threads);
+        auto encoded = encoder::encode_texture(clip, wanted);
+        set_thread_count(0);
+        ASSERT_TRUE(encoded.ok()) << encoded.error().message;
+        if (!first) {
+            first = std::move(*encoded);
+            continue;
+        }
+        for (std::size_t r = 0; r < 2; ++r)
+            for (std::size_t g = 0; g < 2; ++g)
+                for (std::size_t o = 0; o < 6; ++o)
+                    ASSERT_EQ(encoded->rungs[r].groups[g].objects[o].bytes, first->rungs[r].groups[g].objects[o].bytes) << "rung " << r;
+    }
+}
+
+TEST(Texture, SpendsBitsOnWhatIsSeen) {
+    const Clip clip = two_sided_clip(60);
+    std::vector<std::uint8_t> seen(128 * 128);
+    for (std::size_t i = 0; i < seen.size(); ++i) seen[i] = i % 128 < 64;
+    for (const std::string& codec : encoder::texture_codecs()) {
+        double quality[2], kbps[2];
+        for (const bool weighted : {false, true}) {
+            encoder::TextureOptions options;
+            options.codec = codec;
+            options.kbps = 400;
+            options.weighted = weighted;
+            const auto encoded = encoder::encode_texture(clip, options);
+            ASSERT_TRUE(encoded.ok()) << encoded.error().message;
+            PictureComparison comparison(128, 128, seen);
+            auto decoder = decoder_of(*encoded);
+            for (const auto& group : encoded->rungs[0].groups) {
+                const auto frames = decode_group(decoder, group);
+                ASSERT_TRUE(frames.ok());
+                for (const auto& frame : *frames) comparison.add(*clip.texture->read(frame.frame), decoder::to_rgb(frame.picture));
+            }
+            quality[weighted] = comparison.psnr_y();
+            kbps[weighted] = double(bytes_of(*encoded)) * 8 / 1000 / 2;
+        }
+        // Rate control misses a little: half the bits would be about 3 dB. SVT-AV1 takes no regions, and grain that creeps is
+        // predicted from what was not filtered alike; there it must do no harm.
+        const double gain = quality[1] - quality[0] - 10 * std::log10(kbps[1] / kbps[0]);
+        EXPECT_NEAR(kbps[1] / kbps[0], 1, 0.15) << codec;
+        EXPECT_GT(gain, codec == "av1" ? -0.5 : 1.0) << codec;
+    }
 }
 
 TEST(Texture, NamesTheCodecsThereAre) {
