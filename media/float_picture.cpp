@@ -1,5 +1,6 @@
 #include "media/float_picture.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -8,7 +9,8 @@
 namespace mien::media {
 namespace {
 
-constexpr int kMaxSide = 8192;
+constexpr std::int64_t kMaxSide = 8192;
+constexpr std::int64_t kMostPixelsAByte = 10'000;  // an even picture by DCT and deflate (DWAB) comes near; a file that claims more lies
 constexpr std::array<int, 3> kPlanes{2, 0, 1};  // of R, G, B among FFmpeg's G, B, R
 
 /// FFmpeg cuts the lower bits off; half of the last one that stays, added before, makes that rounding.
@@ -29,7 +31,7 @@ Result<FloatMap> decode_exr(ByteView bytes) {
     const AVCodec* decoder = avcodec_find_decoder(AV_CODEC_ID_EXR);
     if (!decoder) return Error{ErrorCode::unavailable, "this FFmpeg decodes no OpenEXR"};
     const CodecPtr codec(allocated(avcodec_alloc_context3(decoder)));
-    codec->max_pixels = kMaxSide * kMaxSide;
+    codec->max_pixels = std::min(kMaxSide * kMaxSide, kMostPixelsAByte * std::int64_t(bytes.size()));
     codec->thread_count = 1;
     codec->err_recognition = AV_EF_EXPLODE;
     if (const int code = avcodec_open2(codec.get(), decoder, nullptr); code < 0) return av_error(code, "OpenEXR decoder failed");
