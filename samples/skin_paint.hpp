@@ -50,9 +50,11 @@ private:
     Pigment eyeball(const Vec3& p, float footprint) const;
     Pigment tooth(const Vec3& p) const;
     Pigment mouth(const Vec3& p, const Vec3& normal) const;
-    Pigment hair(const Vec3& p, const Vec3& normal, float footprint) const;
+    Vec3 hair(const Vec3& p, const Vec3& normal) const;   // without its single hairs
     float crease(const Vec3& p) const;
     Vec3 hair_flow(const Vec3& p, const Vec3& normal) const;
+    float into_hair(const Vec3& p) const;                         // as Places::into_scalp, along this person's uneven hairline
+    float hair_cover(const Vec3& p, const Vec3& normal) const;   // part of the skin that hair hides
 
     void grow_brows(const SurfaceSampler& face, Random& random);
     void grow_lashes(Random& random);
