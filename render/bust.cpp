@@ -1,6 +1,7 @@
 #include "render/bust.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 
 namespace mien::render {
 
@@ -15,9 +16,9 @@ std::optional<BustFade> bust_fade(const Mesh& neutral) {
         }
     if (eyes.isEmpty()) return std::nullopt;
     const float apart = eyes.sizes().x() - eyes.sizes().y();   // the box reaches from the outer side of one ball to that of the other
-    const float whole = eyes.center().y() - 2.3f * apart;
-    if (!(apart > 0) || whole <= all.min().y()) return std::nullopt;
-    return BustFade{all.min().y(), whole};
+    const float chin = eyes.center().y() - 2.2f * apart, gone = all.min().y();
+    if (!(apart > 0) || chin <= gone) return std::nullopt;
+    return BustFade{gone, std::min(chin, gone + 0.7f * apart)};
 }
 
 }  // namespace mien::render

@@ -11,8 +11,8 @@ struct BustFade {
     float gone, whole;   ///< nothing is left at the first, everything at the second and above
 };
 
-/// Told from the eyes: chins lie within two eye distances below them (Farkas 1994, about 1.9 of pupil to gnathion), so what
-/// is farther down is neck. None for meshes without eyes or neck.
+/// Told from the eyes: chins lie less than 2.2 eye distances below them, and what is farther down is neck. None for meshes
+/// without eyes or neck.
 std::optional<BustFade> bust_fade(const Mesh& neutral);
 
 }  // namespace mien::render

@@ -14,8 +14,8 @@ struct Light {
 };
 
 struct Lighting {
-    Vec3 sky{0.25f, 0.26f, 0.28f};      ///< ambient from above
-    Vec3 ground{0.16f, 0.14f, 0.13f};   ///< and from below
+    Vec3 sky{0.27f, 0.26f, 0.265f};      ///< ambient from above
+    Vec3 ground{0.17f, 0.14f, 0.125f};   ///< and from below
     std::array<Light, 3> lights;        ///< key (casts the shadow), fill, rim
     float specular = 1;
 

@@ -101,7 +101,7 @@ vec3 roughened(vec3 n) {
 
 // Light that enters skin on the lit side leaves beyond the terminator, red farthest.
 #if SURFACE == SKIN || SURFACE == OTHER || SURFACE == HAIR
-const vec3 kWrap = vec3(0.40, 0.20, 0.13);
+const vec3 kWrap = vec3(0.32, 0.19, 0.14);
 #elif SURFACE == TEETH || SURFACE == MOUTH
 const vec3 kWrap = vec3(0.30, 0.22, 0.18);
 #else
@@ -119,7 +119,7 @@ float lobe(float sharpness, float cosine) { return exp2(1.442695 * sharpness * (
 // has no say there, and is not asked.
 float key_visibility(float facing) {
     if (shadows == 0 || facing <= 0.0) return 1.0;
-    const float reach = 1.3 / 512.0;
+    const float reach = 1.9 / 512.0;
     float sum = texture(shadow_map, light_place + vec3(reach, 0.4 * reach, 0));
     sum += texture(shadow_map, light_place + vec3(-0.4 * reach, reach, 0));
     sum += texture(shadow_map, light_place + vec3(-reach, -0.4 * reach, 0));
@@ -172,7 +172,7 @@ void main() {
 #ifdef ALBEDO_NONE
     occlusion *= mix(0.12, 0.85, smoothstep(-1.0, 0.15, cavity.z));
 #else
-    occlusion *= mix(0.75, 1.0, smoothstep(-1.0, 0.05, cavity.z));
+    occlusion *= mix(0.85, 1.0, smoothstep(-1.0, 0.05, cavity.z));
 #endif
 #endif
 
@@ -187,7 +187,9 @@ void main() {
     vec3 light = mix(ground, sky, 0.5 + 0.5 * n.y);
     light += light_colour[0] * diffuse(facing[0]) * key_shadow;
     light += light_colour[1] * diffuse(facing[1]);
-    light += light_colour[2] * diffuse(facing[2]);
+#if SURFACE != TEETH && SURFACE != MOUTH
+    light += light_colour[2] * diffuse(facing[2]);   // from behind, where the head is in the way of what is in it
+#endif
     vec3 sum = base * light * occlusion;
 
     const float towards_eye = dot(n, to_eye);
