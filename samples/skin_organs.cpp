@@ -69,7 +69,7 @@ Pigment Painter::tooth(const Vec3& p) const {
 Pigment Painter::mouth(const Vec3& p, const Vec3& normal) const {
     const Vec3 q = p / places_.scale();
     const float depth = places_.behind_lips(p);
-    Vec3 flesh(0.50f, 0.185f, 0.165f);
+    Vec3 flesh(0.54f, 0.21f, 0.19f);
     flesh *= 1 + 0.14f * fractal_noise(q / 5, 3, seed_ + 91) + 0.20f * normal.y() +
              0.05f * gradient_noise(q / 0.9f, seed_ + 92);
     flesh = flesh.cwiseProduct(blend(Vec3::Ones(), Vec3(0.48f, 0.30f, 0.30f), smooth_step(8, 50, depth)));

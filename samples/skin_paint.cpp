@@ -155,6 +155,11 @@ Pigment Painter::skin(const Vec3& p, const Vec3& normal, float footprint, float 
     albedo *= lip_shade * (1 + 0.05f * roll * smooth_step(0.5f, 0.35f, off_mouth));
     albedo = albedo.cwiseProduct(blend(Vec3::Ones(), Vec3(0.89f, 0.93f, 0.99f), 0.6f * trough));
 
+    // Where a line stays on a face at rest, skin is hollow and redder.
+    float hollow = 0;
+    const float folding = crease(p, hollow);
+    albedo = albedo.cwiseProduct(blend(Vec3::Ones(), Vec3(0.30f, 0.0f, 0.0f), hollow * (1 - lip)));
+
     // Shaved skin is a little blue-grey.
     const float beard = complexion_.beard_shadow *
                         smooth_step(-34, -44, (p.y() - marks.glabella.y()) / s * 0.75f + 4) *
@@ -208,7 +213,7 @@ Pigment Painter::skin(const Vec3& p, const Vec3& normal, float footprint, float 
     // Lids unroll rather than stretch: no blood to see there.
     const float lid = smooth_step(13, 5, std::min(upper, lower));
     pigment.perfusion = (1 - covered) * (1 - 0.85f * lid) * (1 + 0.35f * cheek + 0.25f * lip);
-    pigment.crease = (1 - covered) * (1 - 0.7f * lip) * crease(p);
+    pigment.crease = (1 - covered) * (1 - 0.7f * lip) * folding;
     return pigment;
 }
 
