@@ -213,6 +213,9 @@ void main() {
     shine += light_colour[1] * broad[1] * lit_side[1];
     shine += light_colour[2] * broad[2] * lit_side[2] * 1.2;
     shine *= inside * (0.075 + 0.7 * fresnel);
+#if SURFACE != HAIR
+    shine *= 0.35 + 0.65 * smoothstep(0.015, 0.10, base.r);   // short hair painted on skin scatters what skin mirrors
+#endif
 #if SURFACE == HAIR
     // Strands shine in bands across their length (Kajiya and Kay 1989), in two as Marschner et al. 2003 saw: a faint white one
     // towards the root, one of the hair's colour towards the tip. They are combed back on top and hang at the sides.
