@@ -58,8 +58,10 @@ vec3 plain_eye() {
 #if SURFACE == LASHES
 // A card of lashes without a picture of them: strands that fan out from the eye and thin towards their tips.
 float strands() {
-    const float along = clamp((length(rest_place) - 1.0) / 0.55, 0.0, 1.0);
-    const float across = abs(fract(atan(rest_place.y, rest_place.x) * 19.0) * 2.0 - 1.0);
+    const float lash = atan(rest_place.y, rest_place.x) * 19.0;
+    const float reach = 0.55 * (0.68 + 0.32 * fract(sin(floor(lash) * 12.9898) * 43758.547));   // no two are of a length
+    const float along = clamp((length(rest_place) - 1.0) / reach, 0.0, 1.0);
+    const float across = abs(fract(lash) * 2.0 - 1.0);
     const float width = mix(0.50, 0.05, along);
     return 0.70 * (1.0 - smoothstep(width, width + 0.35, across)) * (1.0 - smoothstep(0.75, 1.0, along));
 }
