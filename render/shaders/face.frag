@@ -103,7 +103,7 @@ vec3 roughened(vec3 n) {
 
 // Light that enters skin on the lit side leaves beyond the terminator, red farthest.
 #if SURFACE == SKIN || SURFACE == OTHER || SURFACE == HAIR
-const vec3 kWrap = vec3(0.32, 0.19, 0.14);
+const vec3 kWrap = vec3(0.25, 0.18, 0.15);
 #elif SURFACE == TEETH || SURFACE == MOUTH
 const vec3 kWrap = vec3(0.30, 0.22, 0.18);
 #else
@@ -214,7 +214,7 @@ void main() {
     vec3 shine = light_colour[0] * (0.8 * broad[0] + 0.9 * narrow) * visible * lit_side[0];
     shine += light_colour[1] * broad[1] * lit_side[1];
     shine += light_colour[2] * broad[2] * lit_side[2] * 1.2;
-    shine *= inside * (0.075 + 0.7 * fresnel);
+    shine *= inside * (0.065 + 0.7 * fresnel);
 #if SURFACE != HAIR
     shine *= 0.35 + 0.65 * smoothstep(0.015, 0.10, base.r);   // short hair painted on skin scatters what skin mirrors
 #endif
