@@ -11,6 +11,7 @@
 
 #include "embedded_mien_render.hpp"
 #include "render/albedo.hpp"
+#include "render/bust.hpp"
 #include "render/corners.hpp"
 #include "render/detail_map.hpp"
 #include "render/gl.hpp"
@@ -44,6 +45,7 @@ struct FaceRenderer::State {
             std::vector<std::uint32_t> vertices;
             for (const std::uint32_t corner : made.indices) vertices.push_back(made.corners[corner].vertex);
             caster_indices = gl::make_buffer(sizeof(std::uint32_t) * vertices.size(), vertices.data());
+            fade = bust_fade(model.neutral);
             neutral = gl::make_buffer(sizeof(float) * model.neutral.positions.size(), model.neutral.positions.data());
             make_layout();
             make_casters();
@@ -96,12 +98,17 @@ struct FaceRenderer::State {
         formed = steps;
     }
 
+    /// Without a wall there is nothing to fade into.
+    bool fades(const Look& look) const { return fade && look.lit && look.backdrop && !look.wireframe; }
+
     void draw_face(const Camera& camera, const Look& look, const Target& target);
+    void draw_backdrop(const Camera& camera, const Look& look, const Target& target);
     void draw_batch(const Batch& batch, gl::Program& program);
 
     Shape shape;
     Albedo albedo;
     Eigen::AlignedBox3f box;               // of the neutral points, head space
+    std::optional<BustFade> fade;
     std::optional<model::Motion> motion;   // none: positions came from outside
     bool stale = false;
     ShapeSteps formed;
@@ -158,6 +165,11 @@ void FaceRenderer::State::draw_face(const Camera& camera, const Look& look, cons
         target.bind();
     }
     const bool shadowed = look.shadows && look.lit;
+    Eigen::Vector4f part_left(0, 0, 0, 1);   // times (position, 1): below 1 where the bust fades
+    if (fades(look)) {
+        const Vec3 up = shape.pose().rotation * Vec3::UnitY() / (fade->whole - fade->gone);
+        part_left << up, -up.dot(shape.pose().translation) - fade->gone / (fade->whole - fade->gone);
+    }
     Eigen::Matrix4f light_projection = Eigen::Matrix4f::Identity();
     if (shadowed) {
         if (!shadow) shadow.emplace();
@@ -197,6 +209,7 @@ void FaceRenderer::State::draw_face(const Camera& camera, const Look& look, cons
         }
         p.set("specular", look.lighting.specular);
         p.set("lit", int(look.lit));
+        p.set("part_left", part_left);
         p.set("shadows", int(shadowed));
         p.set("wireframe", 0);
         const bool blended = cornea || batch.surface == Surface::lashes;
@@ -222,6 +235,29 @@ void FaceRenderer::State::draw_face(const Camera& camera, const Look& look, cons
     }
 }
 
+void FaceRenderer::State::draw_backdrop(const Camera& camera, const Look& look, const Target& target) {
+    constexpr int kRows = 32;                 // of backdrop.vert's grid, from the bottom up,
+    constexpr int kRowCorners = 6 * 32;       // and corners in each
+    glDisable(GL_FRAMEBUFFER_SRGB);   // its colours are encoded already
+    backdrop.use();
+    glBindVertexArray(any.id());
+    glDrawArrays(GL_TRIANGLES, 0, kRows * kRowCorners);   // after the face: only where nothing hides it
+    if (fades(look)) {
+        // Once more over what fades, and only over those rows.
+        Eigen::AlignedBox3f faded = box;
+        faded.max().y() = fade->whole;
+        const Eigen::AlignedBox2i pixels = pixels_of(faded, shape.pose(), camera, target.width(), target.height());
+        const int first = pixels.min().y() * kRows / target.height(), last = (pixels.max().y() * kRows - 1) / target.height();
+        glEnable(GL_BLEND);
+        glBlendFuncSeparate(GL_ONE_MINUS_DST_ALPHA, GL_DST_ALPHA, GL_ONE, GL_ZERO);
+        glDepthFunc(GL_GREATER);   // in front of the wall alone
+        if (last >= first) glDrawArrays(GL_TRIANGLES, first * kRowCorners, (last - first + 1) * kRowCorners);
+        glDepthFunc(GL_LEQUAL);
+        glDisable(GL_BLEND);
+    }
+    glEnable(GL_FRAMEBUFFER_SRGB);
+}
+
 void FaceRenderer::draw(const Camera& camera, const Look& look, Target& target) {
     State& s = *state_;
     s.form(look.steps);
@@ -245,14 +281,7 @@ void FaceRenderer::draw(const Camera& camera, const Look& look, Target& target) 
     } else {
         s.draw_face(camera, look, target);
     }
-    if (look.backdrop) {  // last: only where nothing hides it
-        constexpr GLsizei kBackdropCorners = 6 * 32 * 32;   // backdrop.vert's grid
-        glDisable(GL_FRAMEBUFFER_SRGB);   // its colours are encoded already
-        s.backdrop.use();
-        glBindVertexArray(s.any.id());
-        glDrawArrays(GL_TRIANGLES, 0, kBackdropCorners);
-        glEnable(GL_FRAMEBUFFER_SRGB);
-    }
+    if (look.backdrop) s.draw_backdrop(camera, look, target);
 }
 
 Points FaceRenderer::read_positions() const { return state_->shape.read_positions(); }

@@ -14,8 +14,8 @@ struct Light {
 };
 
 struct Lighting {
-    Vec3 sky{0.30f, 0.31f, 0.33f};      ///< ambient from above
-    Vec3 ground{0.20f, 0.18f, 0.17f};   ///< and from below
+    Vec3 sky{0.27f, 0.26f, 0.265f};      ///< ambient from above
+    Vec3 ground{0.17f, 0.14f, 0.125f};   ///< and from below
     std::array<Light, 3> lights;        ///< key (casts the shadow), fill, rim
     float specular = 1;
 

@@ -41,16 +41,19 @@ bool blocks_light(Surface s) {
            s == Surface::hair;
 }
 
-// How much of the occlusion a surface shows. Wet surfaces keep some light.
-float shade_strength(Surface s) {
+/// What part of a surface's light is left where it sees so much of the sky, 0 .. 1.
+float light_left(Surface s, float open) {
     switch (s) {
         case Surface::eye:
         case Surface::cornea:
-            return 0.85f;
+            return 0.15f + 0.85f * open * std::sqrt(open);  // wet, it keeps some light
         case Surface::teeth:
-            return 0.85f;
+        case Surface::mouth:
+            // Behind shut lips hardly any. What parted lips let in, wet walls hand on: at half of the sky nothing is missing.
+            return smooth_step(-0.02f, 0.5f, open);
         default:
-            return 1;
+            // A little darker than the sky alone makes it: what light there is comes from few sides.
+            return open * std::sqrt(open);
     }
 }
 
@@ -87,9 +90,9 @@ struct Skin::Painted {
         lay_gutter();
         const Mesh& neutral = actor.neutral();
         const std::vector<Surface> surfaces = neutral.triangle_surfaces();
-        strength.assign(neutral.vertex_count(), 1);
+        kind.assign(neutral.vertex_count(), Surface::skin);
         for (std::size_t t = 0; t < triangles.size(); ++t)
-            for (const std::uint32_t v : triangles[t]) strength[v] = shade_strength(surfaces[t]);
+            for (const std::uint32_t v : triangles[t]) kind[v] = surfaces[t];
         begin.push_back(0);
         for (const auto& list : vertex_neighbours(neutral.vertex_count(), triangles)) {
             around.insert(around.end(), list.begin(), list.end());
@@ -181,7 +184,7 @@ struct Skin::Painted {
         float effort = 0;
         for (const int i : kEffort)
             effort += std::clamp(instant.weights[std::size_t(i)], 0.0f, 1.0f) / float(kEffort.size());
-        std::vector<Flush> flushed(strength.size());
+        std::vector<Flush> flushed(kind.size());
         for (std::size_t v = 0; v < flushed.size(); ++v) {
             // Squeezed skin holds more blood, up to a point; stretched skin can only lose what it had.
             const float growth = field.growth[Eigen::Index(v)];
@@ -195,14 +198,13 @@ struct Skin::Painted {
     std::vector<Eigen::Array4f> shade(const Instant& instant, PointsRef deformed) const {
         const Eigen::VectorXf open = occlusion.at(deformed, vertex_normals(deformed, triangles), reach);
         const std::vector<Flush> flushed = flush(instant, deformed);
-        std::vector<Eigen::Array4f> shaded(strength.size());
+        std::vector<Eigen::Array4f> shaded(kind.size());
         for (std::size_t v = 0; v < shaded.size(); ++v) {
             float sum = 0;
             for (std::uint32_t i = begin[v]; i < begin[v + 1]; ++i) sum += open[around[i]];
             const auto count = float(begin[v + 1] - begin[v]);
             const float light = count > 0 ? 0.5f * open[Eigen::Index(v)] + 0.5f / count * sum : 1.0f;
-            // A little darker than the sky alone makes it: what light there is comes from few sides.
-            shaded[v] = {1 - strength[v] * (1 - light * std::sqrt(light)), flushed[v].blood, flushed[v].depth, 0};
+            shaded[v] = {light_left(kind[v], light), flushed[v].blood, flushed[v].depth, 0};
         }
         return shaded;
     }
@@ -221,7 +223,7 @@ struct Skin::Painted {
     float reach;
     std::vector<Texel> texels;
     std::vector<Copy> gutter;
-    std::vector<float> strength;               // V, of the occlusion
+    std::vector<Surface> kind;                 // V
     std::vector<std::uint32_t> begin, around;  // neighbours of v: around[begin[v]] .. around[begin[v + 1]]
 };
 
@@ -257,7 +259,7 @@ Skin& Skin::operator=(Skin&&) noexcept = default;
 
 Image Skin::texture(const Instant& instant, PointsRef deformed) const {
     const Painted& skin = *painted_;
-    assert(deformed.rows() == Eigen::Index(skin.strength.size()));
+    assert(deformed.rows() == Eigen::Index(skin.kind.size()));
     const std::vector<Eigen::Array4f> shaded = skin.shade(instant, deformed);
     const SrgbTable& encode = srgb_table();
 
@@ -299,7 +301,7 @@ Image Skin::mask() const {
 
 FloatMap Skin::albedo(const Instant& instant, PointsRef deformed, float outside) const {
     const Painted& skin = *painted_;
-    assert(deformed.rows() == Eigen::Index(skin.strength.size()));
+    assert(deformed.rows() == Eigen::Index(skin.kind.size()));
     const std::vector<Painted::Flush> flushed = skin.flush(instant, deformed);
     FloatMap map(skin.size, skin.size, 3);
     map.values.assign(map.values.size(), outside);

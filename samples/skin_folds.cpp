@@ -7,8 +7,8 @@ namespace mien::samples {
 
 std::vector<Fold> fold_lines(const Places& places, std::uint32_t seed) {
     std::vector<Fold> folds;
-    const auto add_fold = [&](Landmarks::Line line, float width, float depth) {
-        Fold fold{std::move(line), width, depth, Vec2::Constant(1e9f), Vec2::Constant(-1e9f)};
+    const auto add_fold = [&](Landmarks::Line line, float width, float depth, float rest = 0) {
+        Fold fold{std::move(line), width, depth, Vec2::Constant(1e9f), Vec2::Constant(-1e9f), rest};
         for (Vec3& p : fold.line) {
             p.z() = 0;
             fold.low = fold.low.cwiseMin(p.head<2>() - Vec2::Constant(3 * width));
@@ -74,7 +74,7 @@ std::vector<Fold> fold_lines(const Places& places, std::uint32_t seed) {
                           return wing + t * (mouth - wing) +
                                  Vec3(out * s * 2.6f * std::sin(3.14159f * t), 0, 0);
                       }),
-                 1.2f * s, 0.7f);
+                 1.2f * s, 0.7f, 0.16f);
         // Across the side of the nose's bridge.
         for (int i = 0; i < 3; ++i)
             add_fold(line(5,
@@ -97,7 +97,8 @@ std::vector<Fold> fold_lines(const Places& places, std::uint32_t seed) {
     return folds;
 }
 
-float Painter::crease(const Vec3& p) const {
+float Painter::crease(const Vec3& p, float& rest) const {
+    rest = 0;
     if (p.z() < places_.marks().ear[0].z()) return 0;
     const Vec3 flat(p.x(), p.y(), 0);
     const float wobble = 0.5f * places_.scale() * fractal_noise(p / (6 * places_.scale()), 2, seed_ + 51);
@@ -110,6 +111,7 @@ float Painter::crease(const Vec3& p) const {
         const float distance = line_distance(fold.line, flat + Vec3(0, wobble, 0), &along) / fold.width;
         const float ends = smooth_step(0, 0.18f, along) * smooth_step(1, 0.82f, along);
         deepest = std::max(deepest, fold.depth * ends * std::exp(-distance * distance));
+        rest = std::max(rest, fold.rest * ends * bump(distance, 1.9f));
     }
     return deepest;
 }

@@ -22,9 +22,25 @@ Vec3 Painter::hair_flow(const Vec3& p, const Vec3& normal) const {
     // On top in front it is combed back and away from a parting on the actor's left.
     const Vec3 q = (p - places_.marks().glabella) / s;
     const float combed = smooth_step(-75, -35, q.z()) * smooth_step(28, 52, q.y());
-    const Vec3 comb(q.x() > 30 ? 0.8f : -0.85f, 0.35f, -0.55f);
+    // Over the forehead it rises before it bends.
+    const float rising = 0.85f * smooth_step(18, 4, places_.into_scalp(p));
+    const Vec3 comb = blend(Vec3(q.x() > 30 ? 0.8f : -0.85f, 0.35f, -0.55f), Vec3(q.x() > 30 ? 0.3f : -0.3f, 0.95f, -0.35f), rising);
     const Vec3 flow = tangent_part(away + Vec3(0, -0.45f, 0.1f) + combed * (1.6f * comb - away), normal);
     return (flow + swing * normal.cross(flow)).normalized();
+}
+
+float Painter::into_hair(const Vec3& p) const {
+    return places_.into_scalp(p) + 4.5f * fractal_noise(p / (17 * places_.scale()), 2, seed_ + 98);
+}
+
+float Painter::hair_cover(const Vec3& p, const Vec3& normal) const {
+    const float s = places_.scale(), inside = into_hair(p);
+    if (inside < -6) return 0;
+    if (inside > 19) return 1;
+    // Hairs gather in strands, and between them skin shows for longer.
+    const Vec3 flow = hair_flow(p, normal), across = normal.cross(flow);
+    const Vec3 strand = Vec3(p.dot(across) / 0.7f, p.dot(flow) / 8, p.dot(normal) / 4) / s;
+    return smooth_step(-1, 14, inside + 6.5f * fractal_noise(strand, 2, seed_ + 97));
 }
 
 void Painter::grow_scalp(const SurfaceSampler& head, Random& random) {
@@ -34,23 +50,22 @@ void Painter::grow_scalp(const SurfaceSampler& head, Random& random) {
         const SurfaceSampler::Place place = head.draw(random);
         const float keep = random.uniform(), shade = random.normal(), turn = random.normal(),
                     curl = random.normal(), length = random.uniform(), fine = random.uniform();
-        const float inside = places_.into_scalp(place.position) +
-                             3 * fractal_noise(place.position / (7 * s), 2, seed_ + 98);
-        if (keep > smooth_step(-4, 9, inside)) continue;
+        const float inside = into_hair(place.position), grown = smooth_step(-4, 14, inside);
+        if (keep > grown) continue;   // thinning out towards the hairline, and finer there
         const Vec3 flow = hair_flow(place.position, place.normal), across = place.normal.cross(flow);
         const Vec3 start = (flow + 0.22f * turn * across).normalized();
         const Vec3 end = (start + 0.25f * curl * across).normalized();
-        const float reach = s * (place.surface == Surface::hair ? 7 + 10 * length : 3 + 5 * length) * (0.45f + 0.55f * smooth_step(-4, 12, inside));
+        const float reach = s * (place.surface == Surface::hair ? 7 + 10 * length : 3 + 5 * length) * (0.45f + 0.55f * grown);
         Stroke hair;
         hair.a = place.position;
         hair.b = hair.a + 0.5f * reach * start;
         hair.c = hair.b + 0.5f * reach * end;
         hair.normal = place.normal;
-        hair.radius_root = s * (0.10f + 0.10f * fine);
+        hair.radius_root = s * (0.06f + 0.04f * grown + 0.10f * fine * grown);
         hair.radius_tip = 0.03f * s;
         hair.softness = 0.08f * s;
-        hair.tint = complexion_.hair * 0.85f * std::exp(0.42f * shade);
-        hair.opacity = 0.75f;
+        hair.tint = complexion_.hair * 0.85f * std::exp(0.38f * shade);
+        hair.opacity = 0.45f + 0.30f * grown;
         hairs_.add(hair);
     }
 }
@@ -63,7 +78,7 @@ void Painter::grow_brows(const SurfaceSampler& face, Random& random) {
         for (std::size_t i = 1; i < brow.size(); ++i) length += (brow[i] - brow[i - 1]).norm();
         length = std::max(length, 1e-3f);
         // Roots lie on the skin itself: candidates over the whole face, kept where the brow is.
-        const int wanted = int(620 * length / (50 * s));
+        const int wanted = int(760 * length / (50 * s));
         Vec3 low = brow.front(), high = low;
         for (const Vec3& p : brow) {
             low = low.cwiseMin(p);
@@ -85,7 +100,7 @@ void Painter::grow_brows(const SurfaceSampler& face, Random& random) {
                 3.7f * smooth_step(-0.10f, 0.16f, along) * (1 - 0.80f * smooth_step(0.35f, 1.0f, along)) +
                 0.4f;
             if (random.uniform() >
-                bump(off, half_width * 0.8f) * (0.45f + 0.55f * smooth_step(0, 0.15f, along)))
+                bump(off, half_width * 0.85f) * (0.45f + 0.55f * smooth_step(0, 0.15f, along)))
                 continue;
 
             const Vec3 here = line_point(brow, along);
@@ -109,11 +124,11 @@ void Painter::grow_brows(const SurfaceSampler& face, Random& random) {
             hair.b = p + 0.5f * reach * start;
             hair.c = hair.b + 0.5f * reach * end;
             hair.normal = place.normal;
-            hair.radius_root = s * random.uniform(0.10f, 0.17f);
+            hair.radius_root = s * random.uniform(0.08f, 0.14f);
             hair.radius_tip = 0.02f * s;
             hair.softness = 0.07f * s;
             hair.tint = complexion_.hair * 0.75f * std::exp(0.32f * random.normal());
-            hair.opacity = 0.66f * (0.40f + 0.60f * smooth_step(0.0f, 0.14f, along));
+            hair.opacity = 0.60f * (0.35f + 0.65f * smooth_step(0.0f, 0.18f, along)) * (1 - 0.45f * smooth_step(0.8f, 1.0f, along));
             hairs_.add(hair);
             ++grown;
         }

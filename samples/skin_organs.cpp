@@ -69,21 +69,19 @@ Pigment Painter::tooth(const Vec3& p) const {
 Pigment Painter::mouth(const Vec3& p, const Vec3& normal) const {
     const Vec3 q = p / places_.scale();
     const float depth = places_.behind_lips(p);
-    Vec3 flesh(0.50f, 0.185f, 0.165f);
-    flesh *= 1 + 0.14f * fractal_noise(q / 5, 3, seed_ + 91) + 0.10f * normal.y() +
+    Vec3 flesh(0.54f, 0.21f, 0.19f);
+    flesh *= 1 + 0.14f * fractal_noise(q / 5, 3, seed_ + 91) + 0.20f * normal.y() +
              0.05f * gradient_noise(q / 0.9f, seed_ + 92);
-    flesh = flesh.cwiseProduct(blend(Vec3::Ones(), Vec3(0.38f, 0.24f, 0.24f), smooth_step(4, 48, depth)));
+    flesh = flesh.cwiseProduct(blend(Vec3::Ones(), Vec3(0.48f, 0.30f, 0.30f), smooth_step(8, 50, depth)));
     return {flesh, 0.2f};
 }
 
-Pigment Painter::hair(const Vec3& p, const Vec3& normal, float footprint) const {
+Vec3 Painter::hair(const Vec3& p, const Vec3& normal) const {
     const Vec3 q = p / places_.scale();
     const Vec3 flow = hair_flow(p, normal), across = normal.cross(flow);
     const Vec3 combed(q.dot(across) / 0.9f, q.dot(flow) / 14, q.dot(normal) / 4);
-    Vec3 albedo = complexion_.hair * (0.95f + 0.35f * fractal_noise(combed, 3, seed_ + 95) +
-                                      0.2f * fractal_noise(q / 16, 2, seed_ + 96));
-    hairs_.paint(p, normal, footprint, albedo);
-    return {albedo.cwiseMax(0.004f)};
+    return complexion_.hair *
+           (0.95f + 0.35f * fractal_noise(combed, 3, seed_ + 95) + 0.2f * fractal_noise(q / 16, 2, seed_ + 96));
 }
 
 }  // namespace mien::samples

@@ -56,17 +56,13 @@ Pigment Painter::paint(Surface surface, const Vec3& p, const Vec3& normal, float
             return mouth(p, normal);
         case Surface::lashes:
             return {complexion_.hair * 0.5f};
-        case Surface::hair: {
-            // Skin still shows between the first hairs.
-            const float inside = places_.into_scalp(p) + 3 * fractal_noise(p / (2.4f * places_.scale()), 2, seed_ + 97);
-            const float share = smooth_step(-1, 8, inside);
-            if (share >= 1) return hair(p, normal, footprint);
-            Pigment edge = skin(p, normal, footprint, open);
-            edge.albedo = blend(edge.albedo, hair(p, normal, footprint).albedo, share);
-            edge.perfusion *= 1 - share;
-            edge.crease *= 1 - share;
-            return edge;
-        }
+        case Surface::hair:
+            if (hair_cover(p, normal) < 1) break;   // skin still shows between the first hairs
+            {
+                Vec3 albedo = hair(p, normal);
+                hairs_.paint(p, normal, footprint, albedo);
+                return {albedo};
+            }
         case Surface::other: {
             const int side = Places::side_of(p);
             if (places_.from(p, places_.marks().eye_centre[side]) < 24) return eyeball(p, footprint);
@@ -159,6 +155,11 @@ Pigment Painter::skin(const Vec3& p, const Vec3& normal, float footprint, float 
     albedo *= lip_shade * (1 + 0.05f * roll * smooth_step(0.5f, 0.35f, off_mouth));
     albedo = albedo.cwiseProduct(blend(Vec3::Ones(), Vec3(0.89f, 0.93f, 0.99f), 0.6f * trough));
 
+    // Where a line stays on a face at rest, skin is hollow and redder.
+    float hollow = 0;
+    const float folding = crease(p, hollow);
+    albedo = albedo.cwiseProduct(blend(Vec3::Ones(), Vec3(0.30f, 0.0f, 0.0f), hollow * (1 - lip)));
+
     // Shaved skin is a little blue-grey.
     const float beard = complexion_.beard_shadow *
                         smooth_step(-34, -44, (p.y() - marks.glabella.y()) / s * 0.75f + 4) *
@@ -192,15 +193,18 @@ Pigment Painter::skin(const Vec3& p, const Vec3& normal, float footprint, float 
         std::max(0.62f * bump(upper, 0.85f), 0.30f * bump(lower, 0.8f)) * (1 - 0.8f * corner);
     albedo = blend(albedo, complexion_.hair * 0.8f, lashes * (0.85f + 0.3f * noise(0.8f, 1, 11)));
 
+    // The fold that the upper lid opens under.
+    const float fold = p.y() > marks.eye_centre[side].y() ? bump(upper - 4.3f, 0.8f) * smooth_step(3, 8, inner) : 0;
+    albedo = albedo.cwiseProduct(blend(Vec3::Ones(), Vec3(0.66f, 0.55f, 0.52f), 0.6f * fold));
+
     // The soft shade under brows and hair, then the hairs.
     float along = 0;
     const float off_brow = line_distance(marks.brow[side], p, &along) / s;
     const float shade =
         0.30f * bump(off_brow, 3.2f) * smooth_step(-0.02f, 0.12f, along) * smooth_step(1.02f, 0.7f, along);
     albedo = blend(albedo, complexion_.hair * 1.2f, shade);
-    const float scalp =
-        smooth_step(-1, 10, places_.into_scalp(p) + 3.5f * noise(9, 2, 12) + 1.5f * noise(2.4f, 2, 13));
-    albedo = blend(albedo, complexion_.hair * 0.8f, 0.86f * scalp);
+    const float scalp = hair_cover(p, normal);
+    if (scalp > 0) albedo = blend(albedo, hair(p, normal), 0.95f * scalp);
     hairs_.paint(p, normal, footprint, albedo);
 
     Pigment pigment;
@@ -209,7 +213,7 @@ Pigment Painter::skin(const Vec3& p, const Vec3& normal, float footprint, float 
     // Lids unroll rather than stretch: no blood to see there.
     const float lid = smooth_step(13, 5, std::min(upper, lower));
     pigment.perfusion = (1 - covered) * (1 - 0.85f * lid) * (1 + 0.35f * cheek + 0.25f * lip);
-    pigment.crease = (1 - covered) * (1 - 0.7f * lip) * crease(p);
+    pigment.crease = (1 - covered) * (1 - 0.7f * lip) * folding;
     return pigment;
 }
 

@@ -28,6 +28,7 @@ struct Fold {
     Landmarks::Line line;    ///< z = 0
     float width, depth;      ///< half width, mm; 0 .. 1
     Vec2 low, high;          ///< a box that its influence does not leave
+    float rest = 0;          ///< how much of the light its hollow keeps off a face at rest, 0 .. 1
 };
 /// Forehead, between the brows, crow's feet, under the eyes, nasolabial, across the nose, round the lips.
 std::vector<Fold> fold_lines(const Places& places, std::uint32_t seed);
@@ -50,9 +51,11 @@ private:
     Pigment eyeball(const Vec3& p, float footprint) const;
     Pigment tooth(const Vec3& p) const;
     Pigment mouth(const Vec3& p, const Vec3& normal) const;
-    Pigment hair(const Vec3& p, const Vec3& normal, float footprint) const;
-    float crease(const Vec3& p) const;
+    Vec3 hair(const Vec3& p, const Vec3& normal) const;   // without its single hairs
+    float crease(const Vec3& p, float& rest) const;   // Pigment::crease and Fold::rest of the lines nearby
     Vec3 hair_flow(const Vec3& p, const Vec3& normal) const;
+    float into_hair(const Vec3& p) const;                         // as Places::into_scalp, along this person's uneven hairline
+    float hair_cover(const Vec3& p, const Vec3& normal) const;   // part of the skin that hair hides
 
     void grow_brows(const SurfaceSampler& face, Random& random);
     void grow_lashes(Random& random);

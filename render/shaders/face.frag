@@ -33,6 +33,8 @@ uniform vec3 light_towards[3];
 uniform vec3 light_colour[3];
 uniform float specular;
 uniform int lit;
+uniform vec4 part_left;     // times (position, 1): 0 .. 1 where a bust fades into the wall
+uniform mat3 head_rotation;
 uniform int shadows;
 uniform int wireframe;
 
@@ -56,8 +58,10 @@ vec3 plain_eye() {
 #if SURFACE == LASHES
 // A card of lashes without a picture of them: strands that fan out from the eye and thin towards their tips.
 float strands() {
-    const float along = clamp((length(rest_place) - 1.0) / 0.55, 0.0, 1.0);
-    const float across = abs(fract(atan(rest_place.y, rest_place.x) * 19.0) * 2.0 - 1.0);
+    const float lash = atan(rest_place.y, rest_place.x) * 19.0;
+    const float reach = 0.55 * (0.68 + 0.32 * fract(sin(floor(lash) * 12.9898) * 43758.547));   // no two are of a length
+    const float along = clamp((length(rest_place) - 1.0) / reach, 0.0, 1.0);
+    const float across = abs(fract(lash) * 2.0 - 1.0);
     const float width = mix(0.50, 0.05, along);
     return 0.70 * (1.0 - smoothstep(width, width + 0.35, across)) * (1.0 - smoothstep(0.75, 1.0, along));
 }
@@ -98,8 +102,8 @@ vec3 roughened(vec3 n) {
 #endif
 
 // Light that enters skin on the lit side leaves beyond the terminator, red farthest.
-#if SURFACE == SKIN || SURFACE == OTHER
-const vec3 kWrap = vec3(0.40, 0.20, 0.13);
+#if SURFACE == SKIN || SURFACE == OTHER || SURFACE == HAIR
+const vec3 kWrap = vec3(0.25, 0.18, 0.15);
 #elif SURFACE == TEETH || SURFACE == MOUTH
 const vec3 kWrap = vec3(0.30, 0.22, 0.18);
 #else
@@ -117,7 +121,7 @@ float lobe(float sharpness, float cosine) { return exp2(1.442695 * sharpness * (
 // has no say there, and is not asked.
 float key_visibility(float facing) {
     if (shadows == 0 || facing <= 0.0) return 1.0;
-    const float reach = 1.3 / 768.0;
+    const float reach = 1.9 / 512.0;
     float sum = texture(shadow_map, light_place + vec3(reach, 0.4 * reach, 0));
     sum += texture(shadow_map, light_place + vec3(-0.4 * reach, reach, 0));
     sum += texture(shadow_map, light_place + vec3(-reach, -0.4 * reach, 0));
@@ -162,25 +166,32 @@ void main() {
 
     float occlusion = inside;
 #if SURFACE == EYE
-    occlusion *= 1.0 - 0.45 * smoothstep(0.05, 0.55, cavity.y) - 0.30 * smoothstep(0.20, 0.60, -cavity.y);
+    occlusion *= 1.0 - 0.55 * smoothstep(0.0, 0.50, cavity.y) - 0.30 * smoothstep(0.20, 0.60, -cavity.y);
     occlusion *= 1.0 - 0.50 * smoothstep(0.45, 0.90, abs(cavity.x));
 #elif SURFACE == TEETH || SURFACE == MOUTH
     // The deeper behind the front teeth, the less light comes in between the lips.
     // A painted texture has most of that in it.
 #ifdef ALBEDO_NONE
-    occlusion *= mix(0.06, 0.85, smoothstep(-1.0, 0.15, cavity.z));
+    occlusion *= mix(0.12, 0.85, smoothstep(-1.0, 0.15, cavity.z));
 #else
-    occlusion *= mix(0.55, 1.0, smoothstep(-1.0, 0.05, cavity.z));
+    occlusion *= mix(0.85, 1.0, smoothstep(-1.0, 0.05, cavity.z));
 #endif
 #endif
 
     const vec3 facing = vec3(dot(n, light_towards[0]), dot(n, light_towards[1]), dot(n, light_towards[2]));
+#if SURFACE == TEETH
+    // Light that lips let through and enamel passes on: no hard shadow on a tooth.
+    const float visible = mix(0.30, 1.0, key_visibility(facing[0]));
+#else
     const float visible = key_visibility(facing[0]);
+#endif
     const vec3 key_shadow = mix(vec3(visible), vec3(sqrt(visible)), vec3(0.6, 0.1, 0.0));
     vec3 light = mix(ground, sky, 0.5 + 0.5 * n.y);
     light += light_colour[0] * diffuse(facing[0]) * key_shadow;
     light += light_colour[1] * diffuse(facing[1]);
-    light += light_colour[2] * diffuse(facing[2]);
+#if SURFACE != TEETH && SURFACE != MOUTH
+    light += light_colour[2] * diffuse(facing[2]);   // from behind, where the head is in the way of what is in it
+#endif
     vec3 sum = base * light * occlusion;
 
     const float towards_eye = dot(n, to_eye);
@@ -191,10 +202,11 @@ void main() {
 #if SURFACE == LASHES
     cover = strands();
     sum *= cover;
-#elif SURFACE == SKIN || SURFACE == OTHER
+#elif SURFACE == SKIN || SURFACE == OTHER || SURFACE == HAIR
     // n . (l + v) / |l + v| with what is there already: |l + v|^2 = 2 + 2 l . v of unit vectors.
     const vec3 across = vec3(dot(light_towards[0], to_eye), dot(light_towards[1], to_eye), dot(light_towards[2], to_eye));
-    const vec3 cosine = (facing + towards_eye) * inversesqrt(max(2.0 + 2.0 * across, 1e-6));
+    const vec3 halfway = inversesqrt(max(2.0 + 2.0 * across, 1e-6));
+    const vec3 cosine = (facing + towards_eye) * halfway;
     const vec3 broad = vec3(lobe(11.0, cosine[0]), lobe(11.0, cosine[1]), lobe(11.0, cosine[2]));
     const float broad2 = broad[0] * broad[0], narrow = broad2 * broad2 * broad[0];   // lobe(55.0, cosine[0])
     const vec3 lit_side = smoothstep(-0.05, 0.25, facing);
@@ -202,7 +214,27 @@ void main() {
     vec3 shine = light_colour[0] * (0.8 * broad[0] + 0.9 * narrow) * visible * lit_side[0];
     shine += light_colour[1] * broad[1] * lit_side[1];
     shine += light_colour[2] * broad[2] * lit_side[2] * 1.2;
-    sum += shine * specular * inside * (0.075 + 0.7 * fresnel);
+    shine *= inside * (0.065 + 0.7 * fresnel);
+#if SURFACE != HAIR
+    shine *= 0.35 + 0.65 * smoothstep(0.015, 0.10, base.r);   // short hair painted on skin scatters what skin mirrors
+#endif
+#if SURFACE == HAIR
+    // Strands shine in bands across their length (Kajiya and Kay 1989), in two as Marschner et al. 2003 saw: a faint white one
+    // towards the root, one of the hair's colour towards the tip. They are combed back on top and hang at the sides.
+    const float upward = dot(n, head_rotation[1]);
+    const vec3 combed = head_rotation * vec3(0.0, mix(-0.8, 0.5, smoothstep(0.1, 0.6, upward)), -0.7);
+    const vec3 strand = normalize(combed - n * dot(combed, n) + 1e-4);
+    const float lock = base.g / (base.g + 0.016) - 0.5;   // strands of other colour lie at other angles
+    const vec2 along = vec2(dot(strand, light_towards[0] + to_eye), dot(strand, light_towards[2] + to_eye)) * halfway.xz;
+    const vec2 first = along - (0.20 + 0.6 * lock) * cosine.xz, second = along + (0.10 - 0.6 * lock) * cosine.xz;
+    const vec2 sine = sqrt(max(1.0 - first * first, 0.0)), sine2 = sqrt(max(1.0 - second * second, 0.0));
+    const vec3 band0 = vec3(0.012 * lobe(70.0, sine.x)) + 0.9 * base * lobe(16.0, sine2.x);
+    const vec3 band2 = vec3(0.020 * lobe(40.0, sine.y)) + 0.9 * base * lobe(16.0, sine2.y);
+    const vec3 bands = light_colour[0] * visible * lit_side[0] * band0 + light_colour[2] * lit_side[2] * band2;
+    shine = mix(shine, bands, smoothstep(0.22, 0.09, base.g));   // between the first hairs skin shows
+#endif
+    sum += specular * shine;
+    cover = smoothstep(0.0, 1.0, dot(part_left, vec4(position, 1)));
 #elif SURFACE == EYE || SURFACE == CORNEA
     // Lashes and lids take the room out of the mirror towards the rim of the eye.
     const float gloss = (1.0 - 0.8 * smoothstep(0.15, 0.50, abs(cavity.y))) * (1.0 - 0.7 * smoothstep(0.5, 0.9, abs(cavity.x)));

@@ -183,6 +183,32 @@ TEST_F(PictureGLTest, TheKeyLightCastsAShadow) {
     EXPECT_LT(shadowed, lit - 20);
 }
 
+TEST_F(PictureGLTest, ABustFadesIntoTheWallAtItsCut) {
+    model::FaceModel model;
+    model.neutral = make_bust(-190);
+    FaceRenderer renderer(model);
+    constexpr int kSide = 256;
+    Target target(kSide, kSide, Smoothing::none);
+    const Camera camera = frame_box(bounding_box(model.neutral.positions), 1).camera();
+    const Eigen::Matrix4f project = camera.projection(1) * camera.view();
+    const auto step_at_the_edge = [&](const Image& picture, float y) {   // between the board and the wall beside it
+        const auto red = [&](float x) {
+            const Eigen::Vector4f clip = project * Eigen::Vector4f(x, y, 0, 1);
+            return int(picture.at(int((0.5f + 0.5f * clip.x() / clip.w()) * kSide), int((0.5f - 0.5f * clip.y() / clip.w()) * kSide))[0]);
+        };
+        return std::abs(red(76) - red(84));
+    };
+    Look look;
+    renderer.draw(camera, look, target);
+    const Image picture = target.read();
+    EXPECT_LT(step_at_the_edge(picture, -187), 6);
+    EXPECT_GT(step_at_the_edge(picture, -165), 12);
+    EXPECT_GT(step_at_the_edge(picture, -120), 40);
+    look.backdrop = false;
+    renderer.draw(camera, look, target);
+    EXPECT_GT(step_at_the_edge(target.read(), -187), 40) << "no wall, nothing to fade into";
+}
+
 TEST_F(PictureGLTest, MissingMarkersAreNotDrawn) {
     model::FaceModel model;
     model::PointBase base;

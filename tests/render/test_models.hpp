@@ -39,6 +39,24 @@ inline Mesh make_card(float side) {
     return mesh;
 }
 
+/// A board of skin, 160 mm wide, from y = 110 down to `bottom`, and two eyeballs at y = 0 before it, 63 mm apart.
+inline Mesh make_bust(float bottom) {
+    Mesh bust = make_card(160);
+    bust.positions.col(1) << bottom, bottom, 110, 110;
+    bust.parts = {{"skin", Surface::skin, 0, 2}};
+    bust.texcoords.clear();
+    bust.texcoord_triangles.clear();
+    for (const float x : {-31.5f, 31.5f}) {
+        const Mesh ball = make_ball(12);
+        const auto first = bust.vertex_count();
+        bust.parts.push_back({"eye", Surface::eye, std::uint32_t(bust.triangles.size()), std::uint32_t(ball.triangles.size())});
+        bust.positions.conservativeResize(first + ball.vertex_count(), 3);
+        bust.positions.bottomRows(ball.vertex_count()) = ball.positions.rowwise() + Eigen::RowVector3f(x, 0, 5);
+        for (const Triangle& t : ball.triangles) bust.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    }
+    return bust;
+}
+
 inline model::LinearMotion random_motion(Eigen::Index dimension, Eigen::Index k, unsigned seed) {
     std::mt19937 random(seed);
     std::normal_distribution<float> normal;

@@ -156,8 +156,24 @@ TEST(Skin, AnOpeningMouthLetsLightInToTheTeeth) {
     };
     const Vec3 closed_mouth = mean_colour(skin().texture({}, actor().deform({})), teeth);
     const Vec3 open_mouth = mean_colour(skin().texture(open, actor().deform(open)), teeth);
-    EXPECT_LT(closed_mouth.y(), 150);
-    EXPECT_GT(open_mouth.y(), closed_mouth.y() + 15);
+    EXPECT_LT(closed_mouth.y(), 140);
+    EXPECT_GT(open_mouth.y(), closed_mouth.y() + 35);
+}
+
+TEST(Skin, AnOpenMouthIsDarkRedAndNoHole) {
+    Instant open;
+    open.weights[std::size_t(arkit_index("JawOpen"))] = 0.7f;
+    const Landmarks& marks = actor().landmarks();
+    const Vec3 seam = line_point(marks.lower_lip_line, 0.5f);
+    const auto tongue = [&](const TexelMap::Texel& t) {   // what of it one sees from the front
+        const Vec3 p = on_neutral(t);
+        return surface_of(t) == Surface::mouth && std::abs(p.x()) < 12 && p.y() < seam.y() && p.z() < seam.z() - 14 && p.z() > seam.z() - 28;
+    };
+    const Vec3 colour = mean_colour(skin().texture(open, actor().deform(open)), tongue);
+    EXPECT_GT(colour.x(), 120);
+    EXPECT_LT(colour.x(), 190);   // paler than that it would be skin
+    EXPECT_GT(colour.x(), 1.5f * colour.y());
+    EXPECT_GT(colour.x(), 1.5f * colour.z());
 }
 
 TEST(Skin, BrowsLieOnTheBrowLine) {
@@ -251,6 +267,35 @@ TEST(Skin, FaceTexelsStayWithinTheGamutOfSkin) {
         }
     EXPECT_GT(count, 2000);
     EXPECT_LT(strange, count / 200);
+}
+
+TEST(Skin, HairThinsOutTowardsTheForehead) {
+    // Bands of 4 mm from the forehead up: each is darker than the one below, and no step is the whole way.
+    const FloatMap albedo = skin().albedo();
+    const Places places(actor().landmarks());
+    std::array<double, 6> light{};
+    std::array<int, 6> count{};
+    for (int y = 0; y < kSize; ++y)
+        for (int x = 0; x < kSize; ++x) {
+            const TexelMap::Texel& texel = skin().texel_map().at(x, y);
+            if (texel.triangle == TexelMap::kNone) continue;
+            const Surface surface = surface_of(texel);
+            const Vec3 p = on_neutral(texel);
+            if ((surface != Surface::skin && surface != Surface::hair) || std::abs(p.x()) > 35 || p.z() < actor().landmarks().eye_centre[0].z() - 20) continue;
+            const int band = int(std::floor((places.into_scalp(p) + 6) / 4));
+            if (band < 0 || band > 5) continue;
+            light[std::size_t(band)] += luminance(albedo.at(x, y));
+            ++count[std::size_t(band)];
+        }
+    for (std::size_t i = 0; i < light.size(); ++i) {
+        ASSERT_GT(count[i], 10) << i;
+        light[i] /= count[i];
+    }
+    for (std::size_t i = 1; i < light.size(); ++i) {
+        EXPECT_LT(light[i], light[i - 1] + 0.01) << i;
+        EXPECT_GT(light[i], light[i - 1] - 0.6 * (light.front() - light.back())) << i;
+    }
+    EXPECT_LT(light.back(), 0.35 * light.front());
 }
 
 TEST(Skin, PupilsAreDarkIrisesColouredAndScleraPale) {
