@@ -216,7 +216,7 @@ void main() {
     shine += light_colour[2] * broad[2] * lit_side[2] * 1.2;
     shine *= inside * (0.065 + 0.7 * fresnel);
 #if SURFACE != HAIR
-    shine *= 0.35 + 0.65 * smoothstep(0.015, 0.10, base.r);   // short hair painted on skin scatters what skin mirrors
+    shine *= 0.35 + 0.65 * smoothstep(0.01, 0.05, base.r);   // short hair painted on skin scatters what skin, even the darkest, mirrors
 #endif
 #if SURFACE == HAIR
     // Strands shine in bands across their length (Kajiya and Kay 1989), in two as Marschner et al. 2003 saw: a faint white one
