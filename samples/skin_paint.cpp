@@ -56,13 +56,12 @@ Pigment Painter::paint(Surface surface, const Vec3& p, const Vec3& normal, float
             return mouth(p, normal);
         case Surface::lashes:
             return {complexion_.hair * 0.5f};
-        case Surface::hair:
+        case Surface::hair: {
             if (hair_cover(p, normal) < 1) break;   // skin still shows between the first hairs
-            {
-                Vec3 albedo = hair(p, normal);
-                hairs_.paint(p, normal, footprint, albedo);
-                return {albedo};
-            }
+            Vec3 albedo = hair(p, normal);
+            hairs_.paint(p, normal, footprint, albedo);
+            return {albedo};
+        }
         case Surface::other: {
             const int side = Places::side_of(p);
             if (places_.from(p, places_.marks().eye_centre[side]) < 24) return eyeball(p, footprint);

@@ -1,4 +1,3 @@
-#include "render/bust.hpp"
 #include "render/camera.hpp"
 
 #include <gtest/gtest.h>
@@ -99,21 +98,6 @@ TEST(Corners, PartsOutsideThePictureAreNotTextured) {
     ASSERT_EQ(corners.batches.size(), 2u);
     EXPECT_TRUE(corners.batches[0].textured);
     EXPECT_FALSE(corners.batches[1].textured);
-}
-
-TEST(BustFade, LiesBelowTheChinAndEndsAtTheCut) {
-    const Mesh bust = make_bust(-190);
-    const auto fade = bust_fade(bust);
-    ASSERT_TRUE(fade);
-    EXPECT_FLOAT_EQ(fade->gone, -190);
-    EXPECT_GT(fade->whole, fade->gone + 20);
-    EXPECT_LT(fade->whole, -130) << "a chin lies within two eye distances of 63 mm below the eyes";
-}
-
-TEST(BustFade, LeavesMasksAndEyelessMeshesWhole) {
-    EXPECT_FALSE(bust_fade(make_bust(-120)));
-    EXPECT_FALSE(bust_fade(make_card(400)));
-    EXPECT_FALSE(bust_fade(Mesh{}));
 }
 
 TEST(PixelsOf, HoldWhateverTheCameraShowsOfABox) {
