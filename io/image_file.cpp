@@ -47,15 +47,21 @@ Error stb_error() {
     return {ErrorCode::damaged, fmt::format("the picture cannot be decoded: {}", reason ? reason : "unknown reason")};
 }
 
-/// The decoder makes room for a PNG chunk before it looks whether the file has one so long.
+/// The decoder makes room for a PNG chunk before it looks whether the file has one so long, and copies one without bytes to where it
+/// has made no room yet.
 Result<void> check_chunks(ByteView bytes) {
     constexpr std::string_view kPng = "\x89PNG\r\n\x1a\n";
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     if (!text.starts_with(kPng)) return {};
+    bool has_pixels = false;
     for (std::size_t at = kPng.size(); at + 8 <= bytes.size();) {
         std::uint64_t length = 0;
         for (std::size_t i = 0; i < 4; ++i) length = length << 8 | std::to_integer<std::uint64_t>(bytes[at + i]);
         if (text.substr(at + 4, 4) == "IEND") break;
+        if (text.substr(at + 4, 4) == "IDAT") {
+            if (length == 0 && !has_pixels) return Error{ErrorCode::damaged, "the PNG file's first IDAT chunk is empty"};
+            has_pixels = true;
+        }
         if (length + 12 > bytes.size() - at) return Error{ErrorCode::truncated, "the PNG file ends inside a chunk"};
         at += std::size_t(length) + 12;
     }

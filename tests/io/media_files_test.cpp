@@ -68,6 +68,23 @@ TEST(ImageFile, MorePixelsThanItsBytesCanHoldAreRefusedBeforeTheyArePainted) {
     EXPECT_TRUE(read_image(folder / "black.png").ok());
 }
 
+TEST(ImageFile, AnEmptyChunkOfPixelsIsRefusedBeforeTheFirstAndReadAfterIt) {
+    const TemporaryFolder folder;
+    write_image(folder / "a.png", Image(3, 2, 3));
+    const auto whole = read_bytes(folder / "a.png");
+    ASSERT_TRUE(whole);
+    const auto with_empty_chunk = [&](std::size_t at) {
+        const unsigned char chunk[] = {0, 0, 0, 0, 'I', 'D', 'A', 'T', 0x35, 0xaf, 0x06, 0x1e};
+        Bytes bytes(whole->begin(), whole->end());
+        const auto* begin = reinterpret_cast<const std::byte*>(chunk);
+        bytes.insert(bytes.begin() + std::ptrdiff_t(at), begin, begin + sizeof chunk);
+        return bytes;
+    };
+    constexpr std::size_t kAfterHeader = 8 + 25, kEnd = 12;
+    EXPECT_EQ(parse_image(with_empty_chunk(kAfterHeader)).error().code, ErrorCode::damaged);
+    EXPECT_TRUE(parse_image(with_empty_chunk(whole->size() - kEnd)).ok());
+}
+
 TEST(SoundFile, WavComesBack) {
     const TemporaryFolder folder;
     Sound sound{44100, 2, {}};
