@@ -11,10 +11,12 @@
 #include "io/file.hpp"
 #include "io/limits.hpp"
 #include "io/text.hpp"
+#include "media/picture.hpp"
 
 #define STB_IMAGE_IMPLEMENTATION
 #define STB_IMAGE_STATIC
 #define STBI_NO_STDIO
+#define STBI_NO_JPEG   // its Huffman tables are not bounded before 2023: FFmpeg reads JPEG
 #define STBI_NO_GIF
 #define STBI_NO_HDR
 #define STBI_NO_PSD
@@ -68,6 +70,20 @@ Result<void> check_chunks(ByteView bytes) {
     return {};
 }
 
+bool is_jpeg(ByteView bytes) {
+    constexpr std::string_view kStart = "\xff\xd8\xff";
+    return std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()).starts_with(kStart);
+}
+
+Image grey_of(const Image& rgb) {
+    Image grey(rgb.width, rgb.height, 1);
+    for (std::size_t i = 0; i < grey.pixels.size(); ++i) {
+        const std::uint8_t* p = &rgb.pixels[3 * i];
+        grey.pixels[i] = std::uint8_t((77 * p[0] + 150 * p[1] + 29 * p[2]) >> 8);   // BT.601, as stb does with other formats
+    }
+    return grey;
+}
+
 Result<ImageSize> parse_image_size(ByteView bytes) {
     ImageSize size;
     if (bytes.size() > INT_MAX) return Error{ErrorCode::limit_exceeded, "the picture file is larger than 2 GB"};
@@ -91,6 +107,11 @@ void append_to(void* context, void* from, int size) {
 
 Result<Image> parse_image(ByteView bytes, int channels, bool* had_alpha) {
     assert(channels == 1 || channels == 3);
+    if (is_jpeg(bytes)) {
+        MIEN_TRY(picture, media::decode_picture(bytes));
+        if (had_alpha) *had_alpha = false;
+        return channels == 1 ? grey_of(picture) : std::move(picture);
+    }
     MIEN_TRY(size, parse_image_size(bytes));
     MIEN_CHECK(check_chunks(bytes));
     int width = 0, height = 0, there = 0;
@@ -112,6 +133,10 @@ Result<Image> read_image(const std::filesystem::path& path, int channels, bool* 
 
 Result<ImageSize> read_image_size(const std::filesystem::path& path) {
     MIEN_TRY(bytes, read_bytes(path));
+    if (is_jpeg(bytes)) {
+        MIEN_TRY(picture, read_image(path));
+        return ImageSize{picture.width, picture.height, picture.channels};
+    }
     auto size = parse_image_size(bytes);
     if (!size) return in_file(path, size.error());
     return size;

@@ -8,12 +8,12 @@
 
 namespace mien::io {
 
-/// PNG, JPEG (and what else stb_image knows: BMP, TGA) as RGB (channels 3) or grey (channels 1), 8 bit. Transparency is
+/// PNG, JPEG, BMP or TGA as RGB (channels 3) or grey (channels 1), 8 bit. Transparency is
 /// dropped, 16-bit files are rounded to 8. `had_alpha`, when given, tells that there was an alpha channel.
 Result<Image> parse_image(ByteView bytes, int channels = 3, bool* had_alpha = nullptr);
 Result<Image> read_image(const std::filesystem::path& path, int channels = 3, bool* had_alpha = nullptr);
 
-/// Width, height and channels without decoding the pixels.
+/// Width, height and channels; of JPEG three.
 struct ImageSize {
     int width = 0, height = 0, channels = 0;
 };

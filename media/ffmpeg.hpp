@@ -15,6 +15,7 @@ extern "C" {
 #include <libswscale/swscale.h>
 }
 
+#include <algorithm>
 #include <memory>
 #include <new>
 #include <string>
@@ -73,6 +74,13 @@ Error av_error(int code, std::string_view doing);
 
 /// FFmpeg's own messages go nowhere (ours say what is wrong); call before the first use of a codec.
 void quiet_libraries();
+
+inline constexpr int kMaxPictureSide = 8192;
+/// How many pixels a picture file of these bytes may claim before room is made for them. The densest that codecs write, an even
+/// picture by DCT and deflate (OpenEXR's DWAB) or a PNG of one bit a pixel, comes near 10 000 a byte.
+inline std::int64_t most_pixels(ByteView bytes) {
+    return std::min<std::int64_t>(std::int64_t(kMaxPictureSide) * kMaxPictureSide, 10'000 * std::int64_t(bytes.size()));
+}
 
 AVRational to_av(Rational r);
 Rational from_av(AVRational r);

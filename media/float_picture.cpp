@@ -1,6 +1,5 @@
 #include "media/float_picture.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -9,8 +8,6 @@
 namespace mien::media {
 namespace {
 
-constexpr std::int64_t kMaxSide = 8192;
-constexpr std::int64_t kMostPixelsAByte = 10'000;  // an even picture by DCT and deflate (DWAB) comes near; a file that claims more lies
 constexpr std::array<int, 3> kPlanes{2, 0, 1};  // of R, G, B among FFmpeg's G, B, R
 
 /// FFmpeg cuts the lower bits off; half of the last one that stays, added before, makes that rounding.
@@ -31,7 +28,7 @@ Result<FloatMap> decode_exr(ByteView bytes) {
     const AVCodec* decoder = avcodec_find_decoder(AV_CODEC_ID_EXR);
     if (!decoder) return Error{ErrorCode::unavailable, "this FFmpeg decodes no OpenEXR"};
     const CodecPtr codec(allocated(avcodec_alloc_context3(decoder)));
-    codec->max_pixels = std::min(kMaxSide * kMaxSide, kMostPixelsAByte * std::int64_t(bytes.size()));
+    codec->max_pixels = most_pixels(bytes);
     codec->thread_count = 1;
     codec->err_recognition = AV_EF_EXPLODE;
     if (const int code = avcodec_open2(codec.get(), decoder, nullptr); code < 0) return av_error(code, "OpenEXR decoder failed");
@@ -40,7 +37,7 @@ Result<FloatMap> decode_exr(ByteView bytes) {
     avcodec_send_packet(codec.get(), nullptr);
     const FramePtr frame = make_frame();
     if (const int code = avcodec_receive_frame(codec.get(), frame.get()); code < 0) return av_error(code, "OpenEXR picture does not decode");
-    if (frame->width > kMaxSide || frame->height > kMaxSide) return Error{ErrorCode::limit_exceeded, "OpenEXR picture has a side above 8192"};
+    if (frame->width > kMaxPictureSide || frame->height > kMaxPictureSide) return Error{ErrorCode::limit_exceeded, "OpenEXR picture has a side above 8192"};
     const bool grey = frame->format == AV_PIX_FMT_GRAYF32;
     if (!grey && frame->format != AV_PIX_FMT_GBRPF32 && frame->format != AV_PIX_FMT_GBRAPF32)
         return Error{ErrorCode::unsupported_version, "OpenEXR picture has other planes than R, G, B or Y"};

@@ -15,7 +15,7 @@ Result<Image> decode_picture(ByteView bytes) {
     const AVCodec* decoder = avcodec_find_decoder(id);
     if (!decoder) return Error{ErrorCode::unavailable, "this FFmpeg decodes no JPEG or PNG"};
     const CodecPtr codec(allocated(avcodec_alloc_context3(decoder)));
-    codec->max_pixels = 8192 * 8192;
+    codec->max_pixels = most_pixels(bytes);
     codec->thread_count = 1;
     codec->err_recognition = AV_EF_EXPLODE;
     if (const int code = avcodec_open2(codec.get(), decoder, nullptr); code < 0)

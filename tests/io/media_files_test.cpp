@@ -26,6 +26,29 @@ TEST(ImageFile, PngComesBackExactlyAndJpegNearly) {
     EXPECT_THROW(write_image(folder / "no" / "a.png", image), EnvironmentError);
 }
 
+TEST(ImageFile, JpegGivesItsSizeItsGreyAndNoAlpha) {
+    const TemporaryFolder folder;
+    Image image(10, 7, 3);
+    for (std::size_t i = 0; i < image.pixels.size(); i += 3) image.pixels[i] = 200;
+    write_image(folder / "a.jpg", image);
+    const auto size = read_image_size(folder / "a.jpg");
+    ASSERT_TRUE(size);
+    EXPECT_EQ(size->width, 10);
+    EXPECT_EQ(size->height, 7);
+    bool alpha = true;
+    const auto grey = read_image(folder / "a.jpg", 1, &alpha);
+    ASSERT_TRUE(grey);
+    EXPECT_FALSE(alpha);
+    ASSERT_EQ(grey->pixels.size(), 70u);
+    EXPECT_NEAR(grey->pixels[35], 60, 4);   // 0.299 of 200
+}
+
+TEST(ImageFile, AJpegWithMoreHuffmanCodesThanBytesHaveIsRefused) {
+    const unsigned char jpeg[] = {0xff, 0xd8, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xc4, 0x01, 0x00, 0x00, 0x00, 0x1a, 0x00, 0xff, 0xff, 0xff, 0xff};
+    const auto* begin = reinterpret_cast<const std::byte*>(jpeg);
+    EXPECT_FALSE(parse_image(Bytes(begin, begin + sizeof jpeg)));
+}
+
 TEST(ImageFile, AlphaIsLeftOutAndSaidSo) {
     const TemporaryFolder folder;
     Image image(2, 1, 4);
