@@ -14,6 +14,7 @@
 #include "bench/report_tables.hpp"
 #include "bench/short_clip.hpp"
 #include "bench/suite.hpp"
+#include "bench/synthesis_run.hpp"
 #include "bench/timing.hpp"
 #include "decoder/av_texture.hpp"
 #include "encoder/texture_encoder.hpp"
@@ -32,7 +33,7 @@ struct Arguments {
     double high_pass = 4;
     bench::SuiteOptions suite;
     std::int64_t frames = 0;
-    bool smoke = false, quiet = false, list = false, no_geometry = false, no_timing = false, no_texture = false, no_views = false;
+    bool smoke = false, quiet = false, list = false, no_geometry = false, no_timing = false, no_texture = false, no_views = false, synthesis = false;
     std::string ict, take, write, picture_row;
     std::int64_t picture_frame = 0;
     std::int64_t first = 600, count = 600, vertices = 11248;
@@ -103,6 +104,43 @@ int views_of_model(const Arguments& arguments) {
         json[row.name] = {{"psnr_y_db", row.score.psnr_y()}, {"ssim", row.score.ssim()}, {"worst_psnr_y_db", row.score.worst_psnr_y()}};
     }
     if (!arguments.quiet) print_table(table);
+    if (!arguments.json.empty()) bench::write_file(arguments.json, json.dump(2) + "\n");
+    return tools::kDone;
+}
+
+/// What a frame of a trained model costs on one core.
+int time_model(const Arguments& arguments) {
+    const auto measure = [&]() -> Result<bench::SynthesisTimes> {
+        MIEN_TRY(stored, tools::StoredStream::open(arguments.model));
+        MIEN_TRY(face, stored.model());
+        return bench::time_synthesis(face, 10 * arguments.suite.timing_rounds, tools::progress_bar(arguments.quiet));
+    };
+    const auto times = measure();
+    if (!times.ok()) return complain(times.error().message);
+    tools::end_progress();
+    bench::Table table;
+    table.title = fmt::format("{}: maps of {} and {} texels across, one core, median ms a frame", arguments.model, times->medium_side, times->fine_side);
+    table.columns = {"layer", "MB read", "only read", "evaluated", "of reading", "plain twin", "of evaluated", "differ by"};
+    nlohmann::ordered_json json = {{"load_s", times->load},
+                                   {"vertices", times->vertices},
+                                   {"markers", times->markers},
+                                   {"components", times->components},
+                                   {"compose_s", times->compose},
+                                   {"base_shape_ms", 1e3 * times->base_shape},
+                                   {"deformation_ms", 1e3 * times->deformation}};
+    for (const auto& row : times->rows) {
+        table.rows.push_back({{row.name, fmt::format("{:.1f}", double(row.bytes) / 1e6), fmt::format("{:.2f}", 1e3 * row.read), fmt::format("{:.2f}", 1e3 * row.fast),
+                               fmt::format("{:.2f}x", row.ratio), fmt::format("{:.2f}", 1e3 * row.plain), fmt::format("{:.2f}x", row.plain_ratio),
+                               fmt::format("{:.1e}", row.difference)}, false});
+        json["layers"][row.name] = {{"bytes", row.bytes},        {"values", row.values},           {"read_ms", 1e3 * row.read},
+                                    {"evaluated_ms", 1e3 * row.fast}, {"ratio", row.ratio},        {"plain_ms", 1e3 * row.plain},
+                                    {"plain_ratio", row.plain_ratio}, {"difference", row.difference}};
+    }
+    if (!arguments.quiet) {
+        print_table(table);
+        fmt::print("\nload {:.2f} s, of {} vertices and {} markers; composed with a motion basis in {:.3f} s; base shape from {} coefficients {:.3f} ms, d1 and d2 {:.3f} ms\n",
+                   times->load, times->vertices, times->markers, times->compose, times->components, 1e3 * times->base_shape, 1e3 * times->deformation);
+    }
     if (!arguments.json.empty()) bench::write_file(arguments.json, json.dump(2) + "\n");
     return tools::kDone;
 }
@@ -242,6 +280,7 @@ int main(int argc, char** argv) {
         ->capture_default_str();
     auto* model = app.add_option("--model", a.model, "Instead: draw the layers of this model of mien train beside the scans of the clip")->check(CLI::ExistingFile)->group("A trained model");
     app.add_option("--sheet", a.sheet, "Picture of the frame that moves most, all layers side by side")->needs(model)->group("A trained model");
+    app.add_flag("--synthesis", a.synthesis, "Without a clip: time a frame of the model on one core, beside reading its coefficients")->needs(model)->group("A trained model");
     app.add_option("--high-pass", a.high_pass, "As given to mien train, mm")->needs(model)->capture_default_str()->group("A trained model");
     app.add_flag("--no-motion", a.no_geometry, "Leave out motion");
     app.add_flag("--no-timing", a.no_timing, "Leave out timing");
@@ -273,6 +312,7 @@ int main(int argc, char** argv) {
     try {
         if (a.list) return list_codecs();
         if (!a.write.empty()) return write_ict(a);
+        if (a.synthesis) return time_model(a);
         if (a.clips.empty() && !a.smoke) {
             if (!a.json.empty()) return only_write_pages(a);
             fmt::print(stderr, "mien-bench: name a clip folder, a report to show (--json), or --smoke; --help says more\n");

@@ -1,6 +1,8 @@
 #include "model/polynomial_map_avx2.hpp"
 
+#include <algorithm>
 #include <cassert>
+#include <cstdint>
 
 #if defined(__x86_64__) || defined(_M_X64)
 #include <immintrin.h>
@@ -44,26 +46,40 @@ MIEN_AVX2 inline __m256 polynomial(const float* plane, std::size_t texels, __m25
     return _mm256_fmadd_ps(by_d1, d1, _mm256_fmadd_ps(by_d2, d2, load(0)));
 }
 
+/// Texels whose d1, d2 are kept while the channels take their turn: one channel reads kTerms planes at once, which the memory's
+/// prefetching follows; all channels' planes together are more streams than it does.
+constexpr std::uint32_t kBlock = 512;
+
 template <int kTerms>
 MIEN_AVX2 void run_all(const PolynomialMap& map, const DomainMap& domain, const DomainParameters& parameters, float* out) {
     const std::size_t n = map.texels;
+    alignas(32) float d1[kBlock], d2[kBlock];
     for (const DomainMap::Run& run : domain.runs) {
-        const Eight q1 = broadcast(parameters.d1[run.triangle]), q2 = broadcast(parameters.d2[run.triangle]);
-        std::uint32_t i = run.begin;
-        for (; i + 8 <= run.end; i += 8) {
-            const __m256 b1 = _mm256_loadu_ps(domain.b1.data() + i), b2 = _mm256_loadu_ps(domain.b2.data() + i);
-            const __m256 d1 = at(q1, b1, b2), d2 = at(q2, b1, b2);
-            for (int c = 0; c < map.channels; ++c)
-                _mm256_storeu_ps(out + std::size_t(c) * n + i, polynomial<kTerms>(map.plane(c, 0) + i, n, d1, d2));
-        }
-        for (; i < run.end; ++i) {
-            float x[kMaxTerms];
-            polynomial_terms(parameters.d1[run.triangle].at(domain.b1[i], domain.b2[i]),
-                             parameters.d2[run.triangle].at(domain.b1[i], domain.b2[i]), x);
+        const auto &plain1 = parameters.d1[run.triangle], &plain2 = parameters.d2[run.triangle];
+        const Eight q1 = broadcast(plain1), q2 = broadcast(plain2);
+        for (std::uint32_t begin = run.begin; begin < run.end; begin += kBlock) {
+            const std::uint32_t count = std::min(kBlock, run.end - begin), whole = count - count % 8;
+            for (std::uint32_t i = 0; i < whole; i += 8) {
+                const __m256 b1 = _mm256_loadu_ps(domain.b1.data() + begin + i), b2 = _mm256_loadu_ps(domain.b2.data() + begin + i);
+                _mm256_store_ps(d1 + i, at(q1, b1, b2));
+                _mm256_store_ps(d2 + i, at(q2, b1, b2));
+            }
+            for (std::uint32_t i = whole; i < count; ++i) {
+                d1[i] = plain1.at(domain.b1[begin + i], domain.b2[begin + i]);
+                d2[i] = plain2.at(domain.b1[begin + i], domain.b2[begin + i]);
+            }
             for (int c = 0; c < map.channels; ++c) {
-                float sum = 0;
-                for (int k = 0; k < kTerms; ++k) sum += map.plane(c, k)[i] * x[k];
-                out[std::size_t(c) * n + i] = sum;
+                const float* planes = map.plane(c, 0) + begin;
+                float* values = out + std::size_t(c) * n + begin;
+                for (std::uint32_t i = 0; i < whole; i += 8)
+                    _mm256_storeu_ps(values + i, polynomial<kTerms>(planes + i, n, _mm256_load_ps(d1 + i), _mm256_load_ps(d2 + i)));
+                for (std::uint32_t i = whole; i < count; ++i) {
+                    float x[kMaxTerms];
+                    polynomial_terms(d1[i], d2[i], x);
+                    float sum = 0;
+                    for (int k = 0; k < kTerms; ++k) sum += planes[std::size_t(k) * n + i] * x[k];
+                    values[i] = sum;
+                }
             }
         }
     }
