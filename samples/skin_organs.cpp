@@ -63,7 +63,7 @@ Pigment Painter::tooth(const Vec3& p) const {
     enamel = enamel.cwiseProduct(
         blend(Vec3::Ones(), Vec3(0.91f, 0.92f, 0.94f), smooth_step(0.16f, 0.04f, to_gum)));
     enamel *= 1 + 0.03f * fractal_noise(Vec3(p.x() / 1.4f, p.y() / 6, p.z() / 1.4f) / s, 2, seed_ + 82);
-    return {enamel * (1 - 0.6f * smooth_step(6, 34, places_.behind_lips(p)))};
+    return {enamel * (1 - 0.45f * smooth_step(6, 40, places_.behind_lips(p)))};
 }
 
 Pigment Painter::mouth(const Vec3& p, const Vec3& normal) const {

@@ -187,7 +187,7 @@ void main() {
     const float unshadowed = key_visibility(facing[0]);
     const float visible = mix(0.30, 1.0, unshadowed);
 #ifdef ALBEDO_MAP
-    occlusion *= mix(0.65, 1.0, unshadowed);   // behind shut lips
+    occlusion *= mix(0.35, 1.0, unshadowed);   // behind shut lips
 #endif
 #else
     const float visible = key_visibility(facing[0]);
