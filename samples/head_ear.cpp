@@ -16,6 +16,16 @@ double outline(double psi) {
     return radius(degrees);
 }
 
+/// How far the rim stands off the head, mm: it grows out of the cheek in front, lies back at some twenty degrees above and
+/// behind, and comes home in the lobe.
+double protrusion(double psi) {
+    static const Spline rim({-90, -60, -30, 0, 30, 60, 90, 120, 150, 180, 210, 240, 270, 300, 330, 360, 390},
+                            {12.0, 5.5, 2.5, 2.5, 4.5, 7.5, 11.5, 15.5, 18.0, 19.0, 19.0, 17.0, 12.0, 5.5, 2.5, 2.5, 4.5});
+    double degrees = psi * 180 / pi;
+    degrees -= 360 * std::floor(degrees / 360);
+    return rim(degrees);
+}
+
 constexpr double kMiddleY = -15, kMiddleZ = -14;
 constexpr double kLean = 0.21;  // the ear's length leans back from the vertical, rad
 
@@ -31,10 +41,10 @@ double off_line(double a, double b, std::initializer_list<Vec2d> line) {
 /// The inner side of the shell over its rim, mm, at a mm to the front and b mm up; s: share of the outline.
 /// `cartilage` is 0 in the lobe, which has neither rim nor groove.
 double relief(double a, double b, double s, double cartilage) {
-    double h = -2.0 * smooth_step(1.0, 0.7, s);
+    double h = -2.8 * smooth_step(1.0, 0.7, s);
     h -= 2.8 * bell(s, 0.83, 0.06) * cartilage * smooth_step(9, 2, a) * smooth_step(-20, -8, b + 0.4 * a);  // scapha
     h -= 1.6 * bell(s, 0.83, 0.07) * cartilage * smooth_step(8, 14, b) * smooth_step(-2, 8, a);
-    h += 3.0 * bell(off_line(a, b, {{-3, -15}, {-9, -7}, {-10, 3}, {-7, 11}, {-5, 19}}), 0, 2.3) * cartilage;  // antihelix
+    h += 2.1 * bell(off_line(a, b, {{-3, -15}, {-9, -7}, {-10, 3}, {-7, 11}, {-5, 19}}), 0, 2.3) * cartilage;  // antihelix
     h += 2.0 * bell(off_line(a, b, {{-7, 10}, {4, 12}}), 0, 2.0);
     h -= 1.8 * bell(a, b, 1, 17, 3.2, 2.8);                                                     // triangular fossa
     const double bowl = square((a - 1.5) / 8.0) + square((b + 3.5) / 10.0);
@@ -53,12 +63,11 @@ double ear_angle(const Vec3d& p) {
 }
 
 Vec3d ear_point(const HeadSurface& surface, int ring, double psi) {
-    // How far the rim stands off the head: nothing in front, most behind and above; the lobe a little.
     psi = std::remainder(psi, 2 * pi);
     const double c = std::cos(psi), s = std::sin(psi);
     const double behind = smooth_step(0.55, -0.75, c);
     const double lobe = smooth_step(-0.55, -0.95, s);
-    const double rim = mix(2.5, 15.5, behind) + 3 * smooth_step(0.3, 1.0, s) * (1 - behind) - 4.0 * lobe;
+    const double rim = protrusion(psi);
     static constexpr double kScale[kEarRings] = {1.16, 0.90, 0.80, 0.93, 1.0,  0.955, 0.905, 0.855,
                                                  0.80, 0.73, 0.65, 0.56, 0.46, 0.36,  0.25,  0.13};
     static constexpr double kBack[] = {0, -0.3, 0.45, 0.85};  // share of the rim's height, behind the shell

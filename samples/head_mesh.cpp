@@ -25,7 +25,14 @@ void HeadMeshBuilder::quad(Surface surface, Corner a, Corner b, Corner c, Corner
     };
     const double one = (position(a.first) - position(c.first)).norm(),
                  two = (position(b.first) - position(d.first)).norm();
-    const bool first = std::abs(one - two) > 1e-6 ? one < two : key(a, c) < key(b, d);
+    bool first = std::abs(one - two) > 1e-6 ? one < two : key(a, c) < key(b, d);
+    // But never so that the texture folds.
+    const auto folds = [&](Corner p, Corner q, Corner r) {
+        const Vec2d u = uv(q.second) - uv(p.second), v = uv(r.second) - uv(p.second);
+        return u.x() * v.y() - u.y() * v.x() < 1e-9;
+    };
+    const bool first_folds = folds(a, b, c) || folds(a, c, d), other_folds = folds(a, b, d) || folds(b, c, d);
+    if (first_folds != other_folds) first = other_folds;
     if (first) {
         triangle(surface, a, b, c);
         triangle(surface, a, c, d);

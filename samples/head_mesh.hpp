@@ -45,6 +45,26 @@ struct HeadMesh {
 
 HeadMesh make_head_mesh(const HeadSurface& surface);
 
+/// Half of a dental arch seen from below, (x, z) mm: a superellipse, blunter in front than an ellipse.
+struct DentalArch {
+    double rx, rz, centre;
+    static constexpr double kPower = 2.2;
+    /// angle: 0 on the midline .. pi / 2 behind the molars.
+    Vec2d at(double angle) const {
+        return {rx * std::pow(std::sin(angle), 2 / kPower), centre + rz * std::pow(std::max(std::cos(angle), 0.0), 2 / kPower)};
+    }
+    Vec2d normal(double angle) const {
+        const Vec2d p = at(angle);
+        return Vec2d(std::pow(p.x() / rx, kPower - 1) / rx, std::pow((p.y() - centre) / rz, kPower - 1) / rz).normalized();
+    }
+    /// z of the arch grown by `by` mm all round, at x.
+    double z(double x, double by) const {
+        return centre + (rz + by) * std::pow(std::max(1 - std::pow(std::abs(x) / (rx + by), kPower), 0.0), 1 / kPower);
+    }
+};
+inline constexpr DentalArch kUpperArch{28.5, 40.5, 54.5}, kLowerArch{26.7, 38.6, 54.5};
+inline constexpr double kUpperEdge = -72.4, kLowerEdge = -71.6;  ///< y of the biting edges, the mouth shut
+
 /// Collects vertices, texture coordinates and quads of the parts of a head.
 class HeadMeshBuilder {
 public:

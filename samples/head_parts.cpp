@@ -31,15 +31,14 @@ struct Row {
 };
 
 void add_arch(HeadMeshBuilder& builder, VertexRange& range, bool upper) {
-    const double rx = upper ? 27.5 : 25.5, rz = upper ? 40 : 38.5, centre = 54.5,
-                 edge = upper ? -72.4 : -71.6, sign = upper ? 1 : -1;
+    const DentalArch arch = upper ? kUpperArch : kLowerArch;
+    const double edge = upper ? kUpperEdge : kLowerEdge, sign = upper ? 1 : -1;
     const auto& crowns = upper ? kUpperCrowns : kLowerCrowns;
     // Arc length along half the arch, from the midline.
     std::vector<double> length = {0}, angle = {0};
     for (int i = 1; i <= 900; ++i) {
-        const double a = pi / 2 * i / 900, before = angle.back();
-        length.push_back(length.back() + std::hypot(rx * (std::sin(a) - std::sin(before)),
-                                                    rz * (std::cos(a) - std::cos(before))));
+        const double a = pi / 2 * i / 900;
+        length.push_back(length.back() + (arch.at(a) - arch.at(angle.back())).norm());
         angle.push_back(a);
     }
     double total = 0;
@@ -97,10 +96,10 @@ void add_arch(HeadMeshBuilder& builder, VertexRange& range, bool upper) {
             double out = kRows[r].out - kRows[r].between * gap;
             if (r >= 8) out -= 3.5 * molar * (r == 8 ? 1.3 : 1);
             // Teeth lean forward in front.
-            const double s = std::sin(c.angle), k = std::cos(c.angle);
-            const Vec3d normal = Vec3d(s / rx, 0, k / rz).normalized();
-            const double lean = 0.10 * k * (8 - y);
-            const Vec3d p = Vec3d(rx * s, edge + sign * y, centre + rz * k) + (out + lean) * normal;
+            const Vec2d on = arch.at(c.angle), out_of = arch.normal(c.angle);
+            const Vec3d normal(out_of.x(), 0, out_of.y());
+            const double lean = 0.10 * std::cos(c.angle) * (8 - y);
+            const Vec3d p = Vec3d(on.x(), edge + sign * y, on.y()) + (out + lean) * normal;
             const double u = 0.5 + side * (std::abs(double(i < 0 ? -i - 1 : i)) + 0.5) / (2.0 * n);
             row.push_back(builder.corner(
                 {side * p.x(), p.y(), p.z()},

@@ -151,25 +151,65 @@ void HeadRig::move_muscles(const Weights& weights, Points& points) const {
     }
 }
 
+namespace {
+
+/// Where the weights put the lower jaw: turned about its hinge and slid.
+struct JawPose {
+    float angle = 0;
+    Vec3 slide = Vec3::Zero();
+
+    explicit JawPose(const std::array<float, kArkitCount>& weights) {
+        static const int open_shape = arkit_index("JawOpen"), forward = arkit_index("JawForward"),
+                         left = arkit_index("JawLeft"), right = arkit_index("JawRight");
+        const float open = at(weights, open_shape), aside = at(weights, left) - at(weights, right);
+        angle = kJawAngle * open;
+        slide = Vec3(5.5f * aside, -0.8f * at(weights, forward), 5.0f * at(weights, forward) + kJawGlide * open);
+    }
+    bool still() const { return angle == 0 && slide.isZero(); }
+    /// p as it moves with `share` of the jaw.
+    Vec3 moved(const Vec3& p, float share) const {
+        const float c = std::cos(angle * share), s = std::sin(angle * share);
+        const float y = p.y() - kHinge.y(), z = p.z() - kHinge.z();
+        return Vec3(p.x() + slide.x() * share, kHinge.y() + c * y - s * z + slide.y() * share,
+                    kHinge.z() + s * y + c * z + slide.z() * share);
+    }
+    /// Where a point that moved with the whole jaw was.
+    Vec3 back(const Vec3& p) const {
+        const float c = std::cos(angle), s = std::sin(angle);
+        const float y = p.y() - kHinge.y() - slide.y(), z = p.z() - kHinge.z() - slide.z();
+        return Vec3(p.x() - slide.x(), kHinge.y() + c * y + s * z, kHinge.z() - s * y + c * z);
+    }
+};
+
+}  // namespace
+
 void HeadRig::move_jaw(const Weights& weights, Points& points) const {
-    static const int open_shape = arkit_index("JawOpen"), close_shape = arkit_index("MouthClose"),
-                     forward = arkit_index("JawForward"), left = arkit_index("JawLeft"),
-                     right = arkit_index("JawRight");
-    const float open = at(weights, open_shape), aside = at(weights, left) - at(weights, right);
-    const Vec3 slide(5.5f * aside, -0.8f * at(weights, forward),
-                     5.0f * at(weights, forward) + kJawGlide * open);
-    if (open == 0 && slide.isZero()) return;
+    static const int open_shape = arkit_index("JawOpen"), close_shape = arkit_index("MouthClose");
+    const JawPose jaw(weights);
+    if (jaw.still()) return;
     // MouthClose answers JawOpen: as much of it as there is opening keeps the lips together.
-    const float closed = open > 0 ? std::min(at(weights, close_shape) / open, 1.f) : 0.f;
+    const float open = at(weights, open_shape), closed = open > 0 ? std::min(at(weights, close_shape) / open, 1.f) : 0.f;
     for (Eigen::Index v = 0; v < points.rows(); ++v) {
         const float share = jaw_[v] + closed * (jaw_closed_[v] - jaw_[v]);
-        if (share == 0) continue;
-        const float angle = kJawAngle * open * share, c = std::cos(angle), s = std::sin(angle);
-        const float y = points(v, 1) - kHinge.y(), z = points(v, 2) - kHinge.z();
-        points(v, 0) += slide.x() * share;
-        points(v, 1) = kHinge.y() + c * y - s * z + slide.y() * share;
-        points(v, 2) = kHinge.z() + s * y + c * z + slide.z() * share;
+        if (share != 0) points.row(v) = jaw.moved(points.row(v).transpose(), share).transpose();
     }
+}
+
+void HeadRig::stop_at_teeth(const Weights& weights, Points& points) const {
+    constexpr float kThick = 1.7f;  // mm from the arch line to a crown's outer side, and some saliva
+    constexpr float kSlope = 4;     // past the biting edge there is ever more room behind
+    const JawPose jaw(weights);
+    const auto room = [](const DentalArch& arch, const Vec3& p, float past_edge) {
+        return p.z() - float(arch.z(p.x(), kThick)) + kSlope * std::max(past_edge, 0.f);
+    };
+    for (int r = HeadMesh::kLipBorder; r <= HeadMesh::kInnerLip; ++r)
+        for (const std::uint32_t v : head_.mouth.rings[r]) {
+            Vec3 p = points.row(v).transpose();
+            p.z() -= std::min(room(kUpperArch, p, float(kUpperEdge) - p.y()), 0.f);
+            Vec3 q = jaw.back(p);
+            q.z() -= std::min(room(kLowerArch, q, q.y() - float(kLowerEdge)), 0.f);
+            points.row(v) = jaw.moved(q, 1).transpose();
+        }
 }
 
 void HeadRig::part_lips(Points& points) const {
@@ -269,6 +309,7 @@ Points HeadRig::deform(const Instant& instant) const {
     Points points = head_.mesh.positions;
     move_muscles(instant.weights, points);
     move_jaw(instant.weights, points);
+    stop_at_teeth(instant.weights, points);
     part_lips(points);
     roll_lids(instant.weights, gaze, points);
     turn_eyeballs(gaze, points);

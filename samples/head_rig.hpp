@@ -28,6 +28,8 @@ private:
     void move_muscles(const Weights& weights, Points& points) const;
     void move_jaw(const Weights& weights, Points& points) const;
     void part_lips(Points& points) const;
+    /// Lips that press or roll in come to rest on the crowns.
+    void stop_at_teeth(const Weights& weights, Points& points) const;
     void roll_lids(const Weights& weights, const Gaze& gaze, Points& points) const;
     void turn_eyeballs(const Gaze& gaze, Points& points) const;
 

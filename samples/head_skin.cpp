@@ -398,7 +398,7 @@ void add_mouth(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& buil
             } else {
                 const double in = 5 * (f - 1);  // 1, 2
                 p = {q.x * (1 - 0.02 * in), line + q.sign * (0.06 + (0.5 * in * in) * std::max(q.full, 0.15)),
-                     line_z - recess - 1.3 * in};
+                     line_z - recess - 1.6 * in};
             }
             // The chart opens the line into a slit.
             const double open = std::abs(height) * (0.28 * std::min(f, 1.0) - 0.2 * std::max(f - 1, 0.0));
@@ -416,10 +416,11 @@ void add_mouth(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& buil
     builder.part("mouth");
     const Vec2d disc(0.062, 0.062);
     const double radius = 0.048;
+    // off: how far outside the upper teeth's arch the wall stands, mm; in front of `deepest` it is not.
     constexpr struct {
-        double width, up, down, z, chart;
-    } kBag[] = {{30, 9, 9, 96.5, 0.88}, {33, 18, 17, 92, 0.76}, {36, 24, 24, 81, 0.62},
-                {36, 23, 26, 62, 0.46}, {28, 18, 20, 45, 0.3},    {14, 9, 10, 36, 0.15}};
+        double width, up, down, off, front, chart;
+    } kBag[] = {{30, 8, 8, 3.0, 97.5, 0.88}, {33, 18, 17, 5.0, 94, 0.76}, {36, 24, 24, 9, 81, 0.62},
+                {36, 23, 26, 9, 62, 0.46},   {28, 18, 20, 0, 45, 0.3},    {14, 9, 10, 0, 36, 0.15}};
     const auto angle = [&](int k) { return 2 * pi * k / n; };
     for (Corner& c : outer) {
         const int k = static_cast<int>(&c - outer.data());
@@ -431,8 +432,8 @@ void add_mouth(const HeadSurface& surface, SkinGrid& grid, HeadMeshBuilder& buil
         for (int k = 0; k < n; ++k) {
             const double c = std::cos(angle(k)), s = std::sin(angle(k));
             // The dental arch bends back towards the sides, and the bag with it.
-            const double back = 32 * square(c) * smooth_step(30, 80, b.z);
-            Vec3d p(b.width * c, -71 + (s > 0 ? b.up : b.down) * s, b.z - back);
+            const double z = b.front < 60 ? b.front : b.front - (kUpperArch.z(0, b.off) - kUpperArch.z(b.width * c, b.off)) * smooth_step(30, 80, b.front);
+            Vec3d p(b.width * c, -71 + (s > 0 ? b.up : b.down) * s, z);
             if (k == n / 4 || k == n - n / 4) p.x() = 0;
             ring.push_back(builder.corner(p, disc + radius * b.chart * Vec2d(c, s)));
         }

@@ -42,6 +42,15 @@ Spline column(double Section::*member) {
     return Spline(t, v);
 }
 
+/// What cheek bone, masseter and jaw add to the width of the loft at one side, mm: full from the temple down to the lower
+/// border of the mandible, which rises from the chin to the gonial angle below the ear lobe, and gone behind the ramus.
+double beside_jaw(double y, double z) {
+    const double border = mix(-78, -111, smooth_step(2, 78, z)), above = smooth_step(-12, 13, y - border);
+    const double ramus = mix(0.45, 1, smooth_step(-22, 12, z)), front = smooth_step(79, 46, z);
+    const double height = 4.2 * smooth_step(34, 0, y) + 4.6 * bell(y, -62, 26);
+    return front * (height * ramus * above - 0.9 * bell(y - border, -13, 8) * smooth_step(-8, 14, z));
+}
+
 }  // namespace
 
 HeadProportions head_proportions(std::uint64_t seed) {
@@ -133,7 +142,7 @@ Vec2d HeadSurface::lid_margin(bool upper, double q) const {
     // middle.
     const double x = mix(p_.eye_x - 14.5, p_.eye_x + 13.2, q);
     const double line = mix(-1.6, 0.9, q);
-    const double rise = upper ? 6.1 * std::pow(std::sin(pi * std::pow(q, 0.86)), 0.72)
+    const double rise = upper ? 6.4 * std::pow(std::sin(pi * std::pow(q, 0.86)), 0.74)
                               : -4.7 * std::pow(std::sin(pi * std::pow(q, 1.22)), 0.78);
     return {x, p_.eye_y + line + rise * p_.eye_opening};
 }
@@ -173,6 +182,7 @@ Vec3d HeadSurface::sculpt(const Vec3d& p) const {
         out += 2.6 * strap * Vec3d(x / (std::abs(x) + 12), 0, 0.35);
         out.z() += 2.2 * bell(x, y, 0, -133, 9, 7) * smooth_step(0, 30, p.z());
     }
+    out.x() += beside_jaw(y, p.z()) * smooth_step(10, 40, x) * p_.jaw;
     // Everything here belongs to the front; it fades towards the ears.
     const double facing = smooth_step(-5, 40, p.z());
     if (facing <= 0) return out;
@@ -186,7 +196,7 @@ Vec3d HeadSurface::sculpt(const Vec3d& p) const {
     dz += 1.0 * bell(x, y, 40, 19, 10, 6);
     // Cheek bones, the hollow below them, the fold from nose to mouth.
     dz += 3.0 * bell(x, y, 43, -25, 12, 9);
-    dz += 2.0 * bell(x, y, 27, -34, 9, 9);
+    dz += 0.4 * bell(x, y, 27, -34, 9, 9) - 1.6 * bell(x, y, 31, -42, 9, 11);
     dz -= 2.0 * bell(x, y, 47, -62, 10, 14);
     const double fold_x = mix(19, 32, smooth_step(-38, -72, y));
     dz -= 0.9 * bell(x, fold_x, 2.6) * smooth_step(-38, -46, y) * smooth_step(-76, -64, y);
@@ -196,6 +206,8 @@ Vec3d HeadSurface::sculpt(const Vec3d& p) const {
                     1.5 * bell(y, p.z(), 22, 55, 13, 16));
     // Muzzle, philtrum, mentolabial fold, chin.
     dz += 1.8 * bell(x, y, 0, -64, 19, 12);
+    // The lips lie on the dental arch: the corners of the mouth some ten millimetres behind its middle.
+    dz += 2.2 * bell(x, y, 0, -69, 12, 9) - 3.6 * bell(x, y, 28, -70, 9, 11);
     // The lips' borders stand out: the upper lip looks down, the lower one rolls out over its hollow.
     dz += 1.3 * bell(y, upper_border(x) + 0.3, 2.8) * smooth_step(26, 8, x) + 0.8 * bell(y, lower_border(x), 2.4) * smooth_step(24, 8, x);
     // Corners of the mouth lie in a dimple between fuller cheek and chin.
@@ -212,13 +224,13 @@ Vec3d HeadSurface::sculpt(const Vec3d& p) const {
     double dy = nose_dy_(y) * ridge;
     // The wings end sharply below and softly above; a groove parts them from the tip and from the cheek.
     const double nw = p_.nose_width;
-    const double wing_y = y > -39.5 ? bell(y, -39.5, 5.6) : bell(y, -39.5, 3.2);
+    const double wing_y = y > -38.6 ? bell(y, -38.6, 5.2) : bell(y, -38.6, 3.1);
     const double wing = bell(x, 13.2 * nw, 3.9) * wing_y;
-    dz += 10.0 * wing - 1.5 * bell(x, y, 9.4 * nw, -31.5, 2.6, 3.8) + 1.1 * bell(x, y, 0, -36.5, 6.0, 5.0);
-    dz += 1.6 * bell(x, y, 0, -45.5, 2.6, 2.6);  // columella
+    dz += 10.0 * wing - 1.5 * bell(x, y, 9.4 * nw, -31.5, 2.6, 3.8) + 1.6 * bell(x, y, 0, -37.5, 6.4, 5.0);
+    dz += 2.2 * bell(x, y, 0, -45.8, 2.8, 2.6);  // columella
     dx += 1.5 * wing;
     dy -= 1.2 * wing;
-    dz -= 1.8 * bell(x, y, 19.0 * nw, -38.5, 2.0, 4.8);
+    dz -= 1.3 * bell(x, y, 19.0 * nw, -38.0, 2.4, 4.6);
     out += facing * Vec3d(dx, dy, dz);
     // Lids: skin that lies on a ball a little larger than the eye, rising out of the orbit.
     const Vec3d e = eye_centre();

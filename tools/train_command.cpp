@@ -6,6 +6,7 @@
 #include "core/environment_error.hpp"
 #include "core/parallel.hpp"
 #include "encoder/detail_encoder.hpp"
+#include "encoder/still_picture.hpp"
 #include "io/clip_folder.hpp"
 #include "io/file.hpp"
 #include "io/image_file.hpp"
@@ -113,8 +114,8 @@ Result<int> train(const Request& request) {
     coding.most_bytes = std::size_t(request.most_kilobytes * 1000);
     std::optional<Image> picture;
     if (clip.texture) {
-        MIEN_TRY(first, clip.texture->read(0));
-        picture = std::move(first);
+        MIEN_TRY(still, encoder::still_picture(clip, progress));
+        picture = std::move(still);
         coding.picture = &*picture;
     }
     MIEN_TRY(coded, encoder::encode_detail(trained.model, trained.moments, clip.name, coding));

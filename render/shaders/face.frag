@@ -173,6 +173,9 @@ void main() {
     // A painted texture has most of that in it.
 #ifdef ALBEDO_NONE
     occlusion *= mix(0.12, 0.85, smoothstep(-1.0, 0.15, cavity.z));
+#elif defined(ALBEDO_MAP)
+    // Colours of a mouth wide open, whatever it does now.
+    occlusion *= mix(0.30, 1.0, smoothstep(-1.0, 0.15, cavity.z));
 #else
     occlusion *= mix(0.85, 1.0, smoothstep(-1.0, 0.05, cavity.z));
 #endif
@@ -181,14 +184,22 @@ void main() {
     const vec3 facing = vec3(dot(n, light_towards[0]), dot(n, light_towards[1]), dot(n, light_towards[2]));
 #if SURFACE == TEETH
     // Light that lips let through and enamel passes on: no hard shadow on a tooth.
-    const float visible = mix(0.30, 1.0, key_visibility(facing[0]));
+    const float unshadowed = key_visibility(facing[0]);
+    const float visible = mix(0.30, 1.0, unshadowed);
+#ifdef ALBEDO_MAP
+    occlusion *= mix(0.35, 1.0, unshadowed);   // behind shut lips
+#endif
 #else
     const float visible = key_visibility(facing[0]);
 #endif
     const vec3 key_shadow = mix(vec3(visible), vec3(sqrt(visible)), vec3(0.6, 0.1, 0.0));
     vec3 light = mix(ground, sky, 0.5 + 0.5 * n.y);
     light += light_colour[0] * diffuse(facing[0]) * key_shadow;
+#if SURFACE == MOUTH
+    light += 0.35 * light_colour[1] * diffuse(facing[1]);   // it casts no shadow, though cheeks and lips are in its way
+#else
     light += light_colour[1] * diffuse(facing[1]);
+#endif
 #if SURFACE != TEETH && SURFACE != MOUTH
     light += light_colour[2] * diffuse(facing[2]);   // from behind, where the head is in the way of what is in it
 #endif

@@ -28,7 +28,12 @@ void main() {
     normal = vec3(normals[at], normals[at + 1u], normals[at + 2u]);
     texcoord = vec2(uv.x, 1.0 - uv.y);
     // Off the surface along its normal, so that a surface does not shade itself.
-    light_place = (light_projection * vec4(position + 1.5 * normal, 1)).xyz * 0.5 + 0.5;
+#if SURFACE == TEETH && defined(ALBEDO_MAP)
+    const float off = 0.2;   // shut lips are no farther off than that
+#else
+    const float off = 1.5;
+#endif
+    light_place = (light_projection * vec4(position + off * normal, 1)).xyz * 0.5 + 0.5;
 #if SURFACE == EYE || SURFACE == CORNEA || SURFACE == TEETH || SURFACE == MOUTH || SURFACE == LASHES
     const vec3 head = (position - head_translation) * head_rotation;   // transposed: back into head space
     cavity = (head - feature.xyz) / feature.w;

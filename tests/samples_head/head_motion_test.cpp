@@ -119,6 +119,57 @@ TEST(HeadMotion, lips_never_cross) {
     }
 }
 
+/// How many crowns' vertices that look out of the mouth have come through the skin: within 6 mm behind each of those, against
+/// its normal, lies the outer side of a lip or cheek.
+int teeth_through_skin(const Points& points) {
+    const Mesh& mesh = plain_actor().neutral();
+    const std::vector<Surface> surfaces = mesh.triangle_surfaces();
+    const Points normals = vertex_normals(points, mesh.triangles);
+    std::set<std::uint32_t> crowns;
+    std::vector<Triangle> skin;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const Triangle& c = mesh.triangles[t];
+        const Vec3 p = points.row(c[0]).transpose();
+        if (surfaces[t] == Surface::teeth) crowns.insert(c.begin(), c.end());
+        if (surfaces[t] == Surface::skin && p.z() > 55 && p.y() > -130 && p.y() < -45) skin.push_back(c);
+    }
+    int count = 0;
+    for (const std::uint32_t v : crowns) {
+        const Vec3 from = points.row(v).transpose(), in = -normals.row(v).transpose();
+        if (in.z() > -0.3f) continue;
+        count += std::any_of(skin.begin(), skin.end(), [&](const Triangle& t) {
+            const Vec3 a = points.row(t[0]).transpose(), ab = points.row(t[1]).transpose() - a, ac = points.row(t[2]).transpose() - a;
+            const float facing = ab.cross(ac).dot(in);   // < 0: the outer side
+            if (facing >= 0) return false;
+            const Vec3 p = from - a;   // Moeller and Trumbore 1997
+            const float u = p.cross(ac).dot(in) / facing, w = ab.cross(p).dot(in) / facing, along = -ab.cross(ac).dot(p) / facing;
+            return u >= 0 && w >= 0 && u + w <= 1 && along > 0 && along < 6;
+        });
+    }
+    return count;
+}
+
+TEST(HeadMotion, no_tooth_comes_through_a_lip) {
+    std::vector<Instant> instants = {with({}), with({{"MouthRollLower", 1.f}, {"MouthRollUpper", 1.f}}),
+                                     with({{"MouthPressLeft", 1.f}, {"MouthPressRight", 1.f}}),
+                                     with({{"MouthSmileLeft", 1.f}, {"MouthSmileRight", 1.f}}),
+                                     with({{"MouthLowerDownLeft", 1.f}, {"MouthUpperUpRight", 1.f}, {"JawOpen", 0.2f}})};
+    for (const float open : {0.1f, 0.2f, 0.35f, 0.5f, 0.75f, 1.f}) {
+        instants.push_back(with({{"JawOpen", open}}));
+        instants.push_back(with({{"JawOpen", open}, {"MouthClose", open}}));
+        instants.push_back(with({{"JawOpen", open}, {"MouthSmileLeft", 0.8f}, {"MouthSmileRight", 0.8f}}));
+    }
+    for (std::size_t i = 0; i < instants.size(); ++i)
+        EXPECT_EQ(teeth_through_skin(plain_actor().deform(instants[i])), 0) << "instant " << i;
+    Points pushed = plain_actor().neutral().positions;   // what the measure itself says when a row of teeth is moved out
+    const std::vector<Surface> surfaces = plain_actor().neutral().triangle_surfaces();
+    std::set<std::uint32_t> crowns;
+    for (std::size_t t = 0; t < surfaces.size(); ++t)
+        if (surfaces[t] == Surface::teeth) crowns.insert(plain_actor().neutral().triangles[t].begin(), plain_actor().neutral().triangles[t].end());
+    for (const std::uint32_t v : crowns) pushed(v, 2) += 8;
+    EXPECT_GT(teeth_through_skin(pushed), 20);
+}
+
 TEST(HeadMotion, the_mouth_opens_like_a_mouth_and_mouth_close_keeps_it_shut) {
     const Landmarks& marks = plain_actor().landmarks();
     const std::uint32_t lower = vertices_of(marks.lower_lip_line)[marks.lower_lip_line.size() / 2];

@@ -152,7 +152,7 @@ TEST(Skin, AnOpeningMouthLetsLightInToTheTeeth) {
     open.weights[std::size_t(arkit_index("JawOpen"))] = 1;
     const auto teeth = [&](const TexelMap::Texel& t) {
         return surface_of(t) == Surface::teeth &&
-               on_neutral(t).z() > actor().landmarks().upper_lip_line[0].z() - 4;
+               on_neutral(t).z() > line_point(actor().landmarks().upper_lip_line, 0.5f).z() - 9;   // incisors and canines
     };
     const Vec3 closed_mouth = mean_colour(skin().texture({}, actor().deform({})), teeth);
     const Vec3 open_mouth = mean_colour(skin().texture(open, actor().deform(open)), teeth);
