@@ -85,7 +85,7 @@ void expect_frames(const std::vector<protocol::LiveObject>& objects, std::int64_
 
 /// HELLO and PUBLISH by hand; the answer to the latter.
 std::optional<protocol::Message> offer(RawSocket& socket, const std::string& name) {
-    EXPECT_TRUE(socket.send(protocol::Hello{protocol::kVersion, "test"}));
+    EXPECT_TRUE(socket.send(protocol::Hello{protocol::kWireVersion, "test"}));
     EXPECT_TRUE(socket.send(protocol::Publish{name}));
     EXPECT_TRUE(std::holds_alternative<protocol::Hello>(*socket.receive()));
     const Stream stream = live_stream();
@@ -287,7 +287,7 @@ TEST(Live, AGarbagePublisherIsToldAndHarmsNobody) {
     // A header of a recording, and one whose basis is nowhere.
     for (const bool recording : {true, false}) {
         RawSocket socket(served.server->port());
-        socket.send(protocol::Hello{protocol::kVersion, "test"});
+        socket.send(protocol::Hello{protocol::kWireVersion, "test"});
         socket.send(protocol::Publish{"front"});
         socket.receive();
         Stream wrong = stream;
@@ -314,7 +314,7 @@ TEST(Live, ASlowViewerSkipsToANewGroupAndMemoryIsBounded) {
     Sender sender(served);
     ASSERT_TRUE(sender.publisher->wait_ready(kPatience).ok());
     RawSocket slow(served.server->port());
-    slow.send(protocol::Hello{protocol::kVersion, "slow"});
+    slow.send(protocol::Hello{protocol::kWireVersion, "slow"});
     slow.send(protocol::Open{"face"});
     slow.send(protocol::Play{7, 0, 1000});
     Client quick(served.url("face"), unpaced());
