@@ -99,6 +99,7 @@ std::uint32_t Client::seek(double seconds) {
         state.end_queued = false;
         state.last_group.reset();
         state.had.clear();
+        state.motion_until = state.texture_until = state.statistics.until = 0;
         again = state.status.state == SourceState::ended;
     });
     if (again) state.set_status(SourceState::playing);
@@ -123,8 +124,11 @@ SourceStatus Client::status() const {
 }
 
 SourceStatistics Client::statistics() const {
+    const double now = std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
     const std::lock_guard lock(state_->mutex);
-    return state_->statistics;
+    SourceStatistics statistics = state_->statistics;
+    if (now - state_->line_at > LineMeter::kWindow) statistics.line.reset();
+    return statistics;
 }
 
 }  // namespace mien::net

@@ -25,6 +25,14 @@ asio::awaitable<Result<protocol::Message>> Client::State::read(ConnectionPtr c) 
     co_return message;
 }
 
+void Client::State::note_bytes(std::size_t bytes) {
+    const double now = std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
+    meter.arrived(now, bytes);
+    const std::lock_guard lock(mutex);
+    statistics.line = meter.bits_per_second(now);
+    line_at = now;
+}
+
 void Client::State::note_pong(const protocol::Message& message) {
     const auto* pong = std::get_if<protocol::Pong>(&message);
     if (!pong) return;
@@ -46,7 +54,7 @@ asio::awaitable<Lost> Client::State::receive(ConnectionPtr c) {
         } else if (auto* group = std::get_if<protocol::Group>(&*message)) {
             take_group(std::move(*group), raw->wire_bytes);
         } else if (const auto* playing = std::get_if<protocol::Playing>(&*message)) {
-            start_live(playing->generation);
+            start_live(*playing);
         } else if (std::holds_alternative<protocol::End>(*message)) {
             const std::lock_guard lock(mutex);
             if (serving == wish.generation && !end_queued) {
@@ -71,6 +79,7 @@ asio::awaitable<Lost> Client::State::receive(ConnectionPtr c) {
             }
             if (c->closed || stopping) co_return Lost{c->reason, false};
             c->holding = true;
+            meter.interrupted();
             std::error_code ignored;
             space.expires_at(Clock::time_point::max());
             co_await space.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
@@ -80,11 +89,13 @@ asio::awaitable<Lost> Client::State::receive(ConnectionPtr c) {
     }
 }
 
-void Client::State::start_live(std::uint32_t generation) {
-    serving = generation;
+void Client::State::start_live(const protocol::Playing& playing) {
+    serving = playing.generation;
     live_slots.clear();
     const std::lock_guard lock(mutex);
-    if (generation == wish.generation) end_queued = false;
+    if (playing.generation == wish.generation) end_queued = false;
+    // One server never goes back: this one has been started since, and counts anew.
+    if (std::ranges::any_of(had, [&](const auto& slot) { return playing.group < slot.second.group; })) had.clear();
 }
 
 bool Client::State::take_live(const protocol::GroupStart& start) {
@@ -106,32 +117,33 @@ bool Client::State::take_live(protocol::LiveBytes bytes, std::uint64_t wire_byte
                 if (rung.slot == bytes.slot) ticks *= sound->packet_samples;
     protocol::LiveObject object{.slot = bytes.slot, .group = slot.group.group, .first_time = slot.group.first_time + ticks * index, .index = index,
                                 .object = {slot.group.frames, std::move(bytes.bytes)}};
+    const Hash first = index == 0 ? sha256(object.object.bytes) : Hash{};
     const std::lock_guard lock(mutex);
     if (serving != wish.generation) {
         ++statistics.stale_groups;
         return true;
     }
-    std::pair<std::uint32_t, std::uint32_t>& next = had[object.slot];
-    if (std::pair(object.group, object.index) < next) return true;
-    next = {object.group, object.index + 1};
+    if (index == 0) {
+        // The number of what we have, but another object: likewise.
+        const auto before = had.find(object.slot);
+        if (before != had.end() && before->second.group == object.group && before->second.first != first) had.clear();
+        had[object.slot].first = first;
+    }
+    Had& next = had[object.slot];
+    if (std::pair(object.group, object.index) < std::pair(next.group, next.index)) return true;
+    next.group = object.group;
+    next.index = object.index + 1;
     queued += wire_bytes;
     queue.push_back({{wish.generation, {}, std::move(object)}, wire_bytes});
     changed.notify_all();
     return true;
 }
 
-double Client::State::start_of(const protocol::Group& group) const {
+const protocol::Track* Client::State::track_of(std::uint8_t slot) const {
     for (const protocol::Track& track : header.tracks)
         for (const protocol::Rung& rung : track.rungs)
-            if (rung.slot == group.slot) return double(group.first_time) * track.time_base.value();
-    return 0;
-}
-
-bool Client::State::visual(std::uint8_t slot) const {
-    for (const protocol::Track& track : header.tracks)
-        for (const protocol::Rung& rung : track.rungs)
-            if (rung.slot == slot) return track.kind != protocol::TrackKind::sound;
-    return false;
+            if (rung.slot == slot) return &track;
+    return nullptr;
 }
 
 void Client::State::take_group(protocol::Group group, std::uint64_t bytes) {
@@ -142,7 +154,8 @@ void Client::State::take_group(protocol::Group group, std::uint64_t bytes) {
     }
     const std::uint64_t bit = std::uint64_t(1) << group.slot;
     if (last_group && (group.group < *last_group || (group.group == *last_group && (last_slots & bit)))) return;
-    const double start = start_of(group);
+    const protocol::Track* track = track_of(group.slot);
+    const double start = track ? double(group.first_time) * track->time_base.value() : 0;
     if (last_group != group.group) {
         last_group = group.group;
         last_slots = 0;
@@ -150,7 +163,14 @@ void Client::State::take_group(protocol::Group group, std::uint64_t bytes) {
     }
     last_slots |= bit;
     // Sound brings its pre-roll and so starts earlier than its group.
-    if (visual(group.slot)) last_start = std::max(last_start, start);
+    if (track && track->kind != protocol::TrackKind::sound) {
+        last_start = std::max(last_start, start);
+        std::uint64_t ticks = 0;
+        for (const protocol::Object& object : group.objects) ticks += object.frames;
+        const bool texture = track->kind == protocol::TrackKind::texture;
+        (texture ? texture_until : motion_until) = start + double(ticks) * track->time_base.value();
+        statistics.until = texture_until > 0 ? std::min(texture_until, motion_until) : motion_until;
+    }
     queued += bytes;
     queue.push_back({{wish.generation, std::move(group)}, bytes});
     changed.notify_all();

@@ -14,10 +14,17 @@ asio::awaitable<Lost> Client::State::connect_and_play() {
     asio::co_spawn(io, watch(c), asio::detached);
 
     if (const auto failed = co_await connect(c, url)) co_return *failed;
+    c->wire.on_bytes = [this](std::size_t bytes) { note_bytes(bytes); };
+    meter.interrupted();
     asio::co_spawn(io, write(c), asio::detached);
 
     if (const auto failed = co_await handshake(c)) co_return *failed;
     if (const auto failed = co_await fetch_blobs(c)) co_return *failed;
+    if (!connected_once && options.slots) {
+        const std::uint64_t slots = options.slots(header, statistics.line);
+        const std::lock_guard lock(mutex);
+        wish.slots = slots;
+    }
     connected_once = true;
     attempts = 0;
     {
@@ -30,7 +37,7 @@ asio::awaitable<Lost> Client::State::connect_and_play() {
 }
 
 asio::awaitable<std::optional<Lost>> Client::State::handshake(ConnectionPtr c) {
-    c->send(protocol::Hello{protocol::kVersion, options.software});
+    c->send(protocol::Hello{protocol::kWireVersion, options.software});
     c->send(protocol::Open{url.name});
     auto hello = co_await read(c);
     // A server of another version, or no mien server at all, stays what it is however often we ask.

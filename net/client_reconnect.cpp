@@ -26,12 +26,14 @@ asio::awaitable<void> Client::State::run() {
         }
         ++attempts;
         const int most = connected_once ? options.max_reconnects : options.max_attempts;
-        if (why.for_good || (most >= 0 && attempts >= most)) {
+        // A live stream that has been there comes back with its server, and after that with its publisher.
+        const bool live = connected_once && header.frames == 0;
+        if ((why.for_good && !(live && why.no_such_stream)) || (most >= 0 && attempts >= most)) {
             set_status(SourceState::failed, why.reason);
             co_return;
         }
         std::error_code ignored;
-        if (ended()) {
+        if (ended() && !live) {
             // Nothing is missing: a new connection is only worth it when somebody seeks.
             waiting_for_seek = true;
             while (ended() && !stopping) {

@@ -10,6 +10,7 @@
 
 #include "net/client.hpp"
 #include "net/connection.hpp"
+#include "net/line_meter.hpp"
 
 /// What a client is made of: its wishes, its connection, what has arrived. Internal to this room.
 namespace mien::net {
@@ -32,6 +33,7 @@ struct Client::State {
     int attempts = 0;                ///< failed ones in a row
     std::mt19937 random{std::random_device{}()};
     Bytes identity;                  ///< HEADER and CATALOGUE as bytes: after a reconnect they must be the same
+    LineMeter meter;
     std::optional<std::uint32_t> serving;  ///< generation that the server now answers
 
     /// What the player asked for; `sent` fields follow it on the io thread.
@@ -49,6 +51,7 @@ struct Client::State {
     Wish wish;
     SourceStatus status;
     SourceStatistics statistics;
+    double line_at = 0;              ///< steady seconds: when statistics.line was measured
     bool ready = false;
     protocol::StreamHeader header;
     protocol::Catalogue catalogue;
@@ -64,14 +67,19 @@ struct Client::State {
     std::optional<std::uint32_t> last_group;
     std::uint64_t last_slots = 0;    ///< of last_group
     double last_start = 0;           ///< seconds
+    double motion_until = 0, texture_until = 0;   ///< seconds: ends of the newest groups
     /// A slot of a live stream: what the next LIVE OBJECT is, on this connection.
     struct LiveSlot {
         protocol::GroupStart group;
         std::uint32_t next = 0;
     };
     std::map<std::uint8_t, LiveSlot> live_slots;   ///< of this PLAYING
-    /// The next object that next() has not had: what comes again after a reconnect is dropped.
-    std::map<std::uint8_t, std::pair<std::uint32_t, std::uint32_t>> had;   ///< group, index
+    /// Of a slot of a live stream, the next object that next() has not had: what comes again after a reconnect is dropped.
+    struct Had {
+        std::uint32_t group = 0, index = 0;
+        Hash first;                  ///< of the group's object 0
+    };
+    std::map<std::uint8_t, Had> had;
 
     asio::awaitable<void> run();
     asio::awaitable<Lost> connect_and_play();
@@ -82,11 +90,12 @@ struct Client::State {
     asio::awaitable<void> watch(ConnectionPtr c);
     asio::awaitable<Result<RawMessage>> read_raw(ConnectionPtr c);
     asio::awaitable<Result<protocol::Message>> read(ConnectionPtr c);
+    void note_bytes(std::size_t bytes);
     void note_pong(const protocol::Message& message);
     void begin_play(Connection& c);
     void send_wishes(Connection& c);
     void take_group(protocol::Group group, std::uint64_t bytes);
-    void start_live(std::uint32_t generation);
+    void start_live(const protocol::Playing& playing);
     bool take_live(const protocol::GroupStart& start);
     bool take_live(protocol::LiveBytes object, std::uint64_t bytes);
     void set_status(SourceState state, std::string reason = {});
@@ -99,8 +108,7 @@ struct Client::State {
         const std::lock_guard lock(mutex);
         return end_queued;
     }
-    double start_of(const protocol::Group& group) const;
-    bool visual(std::uint8_t slot) const;
+    const protocol::Track* track_of(std::uint8_t slot) const;
 };
 
 }  // namespace mien::net

@@ -26,9 +26,9 @@ void Client::State::begin_play(Connection& c) {
         sent = wish;
         if (last_group) sent.seek = last_start;
     }
+    if (~sent.slots != 0) c.send(protocol::Select{sent.slots});
     c.send(protocol::Play{sent.generation, microseconds(sent.seek), thousandths(sent.rate)});
     if (sent.paused) c.send(protocol::Pause{true});
-    if (~sent.slots != 0) c.send(protocol::Select{sent.slots});
     c.streaming = true;
 }
 

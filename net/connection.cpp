@@ -33,7 +33,7 @@ Lost refused(const protocol::Failure& failure) {
     const bool may_pass =
         failure.code == FailureCode::busy || failure.code == FailureCode::shutting_down || failure.code == FailureCode::timeout ||
         failure.code == FailureCode::name_taken;   // a connection that broke may hold it for a while
-    return {"the server says: " + failure.text, !may_pass};
+    return {"the server says: " + failure.text, !may_pass, failure.code == FailureCode::no_such_stream};
 }
 
 }  // namespace

@@ -18,6 +18,7 @@ namespace mien::net {
 struct Lost {
     std::string reason;
     bool for_good = false;
+    bool no_such_stream = false;   ///< nobody has it now; a live one may come back
 };
 
 /// One connection: the socket, what waits to be sent on it, and its timers.

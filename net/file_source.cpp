@@ -38,9 +38,9 @@ std::optional<Arrival> FileSource::next(std::chrono::milliseconds timeout) {
         std::this_thread::sleep_for(timeout);  // nothing comes until somebody seeks
         return {};
     }
-    while (at_ < reader_.index().size()) {
-        const protocol::IndexEntry& entry = reader_.index()[at_++];
-        if (!(slots_ >> entry.slot & 1)) continue;
+    while (const protocol::IndexEntry* next = walk_.peek()) {
+        const protocol::IndexEntry& entry = *next;
+        walk_.pop();
         auto group = reader_.read_group(entry);
         statistics_.bytes += entry.size;
         if (!group) {
@@ -59,7 +59,7 @@ std::optional<Arrival> FileSource::next(std::chrono::milliseconds timeout) {
 
 std::uint32_t FileSource::seek(double seconds) {
     std::unique_lock lock(mutex_);
-    at_ = reader_.first_entry(reader_.group_at(seconds));
+    walk_.start(reader_.group_at(seconds));
     const std::uint32_t generation = ++generation_;
     const bool again = state_ == SourceState::ended;
     state_ = SourceState::playing;
@@ -70,7 +70,7 @@ std::uint32_t FileSource::seek(double seconds) {
 
 void FileSource::select(std::uint64_t slots) {
     const std::lock_guard lock(mutex_);
-    slots_ = slots;
+    walk_.select(slots);
 }
 
 SourceStatus FileSource::status() const {

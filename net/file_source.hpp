@@ -4,6 +4,7 @@
 #include <map>
 #include <mutex>
 
+#include "net/group_walk.hpp"
 #include "net/source.hpp"
 #include "protocol/stream_file.hpp"
 
@@ -36,9 +37,8 @@ private:
     const SourceOptions options_;
     std::map<Hash, Bytes> blobs_;
     mutable std::mutex mutex_;      ///< of everything below
-    std::size_t at_ = 0;            ///< of reader_.index()
+    GroupWalk walk_{reader_};
     std::uint32_t generation_ = 0;
-    std::uint64_t slots_ = ~std::uint64_t(0);
     SourceState state_ = SourceState::playing;
     SourceStatistics statistics_;
 };

@@ -138,7 +138,7 @@ asio::awaitable<Lost> Publisher::State::connect_and_publish() {
 }
 
 asio::awaitable<std::optional<Lost>> Publisher::State::handshake(ConnectionPtr c) {
-    push(protocol::Hello{protocol::kVersion, options.software});
+    push(protocol::Hello{protocol::kWireVersion, options.software});
     push(protocol::Publish{url.name});
     push(header);
     protocol::Catalogue catalogue;

@@ -40,6 +40,8 @@ struct SourceStatistics {
     std::uint64_t stale_groups = 0;     ///< dropped, a seek overtook them
     std::uint32_t reconnects = 0;
     double round_trip = 0;              ///< seconds, the latest; 0: none measured (files)
+    std::optional<double> line;         ///< bit/s that the line takes; none: not known, as for files, or because little is sent
+    double until = 0;                   ///< seconds of a recording up to which what is selected of its motion and texture has come; 0: none since the last seek
 };
 
 /// What a source hands out: one group of a recording, one object of a live stream, or the end of the stream.
@@ -56,6 +58,9 @@ struct SourceOptions {
     double rate = 1;                          ///< 1: real time; 0: unpaced, as fast as next() is called
     std::shared_ptr<BlobCache> cache;         ///< network only; null: nothing is kept
     std::size_t queue_bytes = 32u << 20;      ///< groups waiting for next(): beyond this the socket is not read
+    /// Network only: what is selected at first, asked once before playing begins, when header() and blobs are here; `line` as in SourceStatistics.
+    /// Called from a thread of the source's own. Empty: all.
+    std::function<std::uint64_t(const protocol::StreamHeader& header, std::optional<double> line)> slots;
     std::string software = "mien";            ///< how the client names itself to the server
     std::chrono::milliseconds first_backoff{250};   ///< before the first reconnect; doubles up to last_backoff
     std::chrono::milliseconds last_backoff{8000};
@@ -88,7 +93,7 @@ public:
     /// Unpacked bytes of a static blob; null when the catalogue has no such hash. Stays valid as long as the source. When ready.
     virtual const Bytes* blob(const Hash& hash) const = 0;
 
-    /// The next group: by group number, then slot; none when `timeout` passes without one. After the last group comes one
+    /// The next group: by group number, then texture last, then slot; none when `timeout` passes without one. After the last group comes one
     /// Arrival that is the end. Groups that an earlier seek made stale never come. A live stream gives its objects instead, each slot's in order
     /// and none left out inside a group; behind the end more may come.
     virtual std::optional<Arrival> next(std::chrono::milliseconds timeout) = 0;
@@ -97,7 +102,8 @@ public:
     virtual std::uint32_t seek(double seconds) = 0;
     virtual void pause(bool paused) = 0;             ///< stops the server's clock; files ignore it
     virtual void set_rate(double rate) = 0;          ///< 0: unpaced
-    virtual void select(std::uint64_t slots) = 0;    ///< bit s: slot s is wanted, from the next group on
+    /// Bit s: slot s is wanted, of groups of which nothing has been sent (read) yet. Without a seek some that were sent before may still come.
+    virtual void select(std::uint64_t slots) = 0;
 
     virtual bool live() const { return false; }      ///< only when ready: comes while it is made, and cannot be sought
     virtual SourceStatus status() const = 0;

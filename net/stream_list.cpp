@@ -14,7 +14,7 @@ namespace {
 asio::awaitable<void> ask_for_list(Url url, ConnectionPtr c, Result<std::vector<protocol::StreamEntry>>& answer) {
     const auto give_up = [&](const std::string& why) { answer = Error{ErrorCode::unavailable, why}; };
     if (const auto failed = co_await connect(c, url)) co_return give_up(failed->reason);
-    Bytes questions = protocol::encode(protocol::Hello{protocol::kVersion, "mien"});
+    Bytes questions = protocol::encode(protocol::Hello{protocol::kWireVersion, "mien"});
     const Bytes list_please = protocol::encode(protocol::ListStreams{});
     questions.insert(questions.end(), list_please.begin(), list_please.end());
     const auto sent = co_await c->wire.write(questions);

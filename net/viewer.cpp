@@ -1,6 +1,8 @@
 #include "net/viewer.hpp"
 
 #include <fmt/format.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
 
 #include <algorithm>
 #include <asio/co_spawn.hpp>
@@ -20,6 +22,7 @@ constexpr std::size_t kMaxReplies = 64;     // short answers waiting; a viewer t
 constexpr std::size_t kMaxReplyBytes = 4u << 20;
 constexpr auto kLastWords = std::chrono::seconds(2);   // to take FAILURE or BYE
 constexpr int kSendBuffer = 256 << 10;      // bytes in the kernel: what a seek has to wait for, and enough for 20 Mbit/s at 100 ms
+constexpr int kUnsent = 32 << 10;           // of these, bytes that the line has not taken yet: what SELECT and a seek wait for on a slow one
 
 std::string address_of(const asio::ip::tcp::socket& socket) {
     std::error_code error;
@@ -46,6 +49,9 @@ Viewer::Viewer(asio::ip::tcp::socket socket, ServerShared& shared, std::uint64_t
     std::error_code ignored;
     wire_.socket().set_option(asio::ip::tcp::no_delay(true), ignored);
     wire_.socket().set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
+#ifdef TCP_NOTSENT_LOWAT
+    (void)::setsockopt(wire_.socket().native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kUnsent, sizeof kUnsent);
+#endif
     ++shared_.viewers;
 }
 
@@ -158,7 +164,7 @@ asio::awaitable<bool> Viewer::handle(const RawMessage& raw) {
         }
         greeted_ = true;
         shared_.log(fmt::format("viewer {} runs '{}'", number_, printable(std::get<protocol::Hello>(message).software)));
-        reply(protocol::Hello{protocol::kVersion, "mien-serve"});
+        reply(protocol::Hello{protocol::kWireVersion, "mien-serve"});
     } else if (const auto* ping = std::get_if<protocol::Ping>(&message)) {
         reply(protocol::Pong{ping->token, clock_us()});
     } else if (std::holds_alternative<protocol::ListStreams>(message)) {
@@ -184,6 +190,10 @@ asio::awaitable<bool> Viewer::handle(const RawMessage& raw) {
         rate_ = play->rate / 1000.0;
         generation_ = play->generation;
         set_position(double(play->time_us) / 1e6);
+    } else if (const auto* select = std::get_if<protocol::Select>(&message)) {
+        slots_ = select->slots;
+        if (walk_) walk_->select(slots_);
+        ring();
     } else if (!playing_) {
         fail(FailureCode::protocol, protocol::name_of(raw.type) + " must follow PLAY");
         co_return false;
@@ -199,9 +209,6 @@ asio::awaitable<bool> Viewer::handle(const RawMessage& raw) {
         base_ = position();
         base_at_ = Clock::now();
         rate_ = rate->rate / 1000.0;
-        ring();
-    } else if (const auto* select = std::get_if<protocol::Select>(&message)) {
-        slots_ = select->slots;
         ring();
     } else {
         fail(FailureCode::protocol, "a server takes no " + protocol::name_of(raw.type));
@@ -235,6 +242,7 @@ asio::awaitable<bool> Viewer::open(const std::string& name) {
     }
     close_stream();
     stream_ = *opened;
+    walk_.emplace(*stream_);
     shared_.log(fmt::format("viewer {} opened '{}'", number_, printable(name)));
     reply(stream_->header());
     reply(stream_->catalogue());
@@ -266,8 +274,8 @@ double Viewer::position() const {
 void Viewer::set_position(double seconds) {
     base_ = seconds;
     base_at_ = Clock::now();
-    if (live_) next_record_ = live_->newest(), started_ = 0;
-    else entry_ = stream_->first_entry(stream_->group_at(seconds));
+    if (live_) restart_live();
+    else walk_->start(stream_->group_at(seconds));
     announce_ = true;
     ended_ = false;
     ring();
@@ -334,15 +342,13 @@ asio::awaitable<bool> Viewer::send_blob(Hash hash) {
 
 asio::awaitable<bool> Viewer::play_on() {
     const auto stream = stream_;
-    const auto& index = stream->index();
+    const protocol::IndexEntry* next = walk_->peek();
     if (announce_) {
         announce_ = false;
-        const std::uint32_t group = entry_ < index.size() ? index[entry_].group : 0;
-        const Bytes message = protocol::encode(protocol::Playing{generation_, group});
+        const Bytes message = protocol::encode(protocol::Playing{generation_, next ? next->group : 0});
         co_return co_await send(message);
     }
-    while (entry_ < index.size() && !(slots_ >> index[entry_].slot & 1)) ++entry_;
-    if (entry_ == index.size()) {
+    if (!next) {
         if (std::exchange(ended_, true)) {
             co_await wait({});
             co_return true;
@@ -350,7 +356,7 @@ asio::awaitable<bool> Viewer::play_on() {
         const Bytes message = protocol::encode(protocol::End{stream->header().frames});
         co_return co_await send(message);
     }
-    const protocol::IndexEntry entry = index[entry_];
+    const protocol::IndexEntry entry = *next;
     if (paused_ || rate_ > 0) {
         const double early = stream->start_of(entry) - shared_.options.ahead - position();
         if (early > 0 || (paused_ && rate_ == 0)) {
@@ -360,7 +366,7 @@ asio::awaitable<bool> Viewer::play_on() {
             co_return true;
         }
     }
-    ++entry_;
+    walk_->pop();
     const auto work = [stream, entry] { return stream->group_message(entry); };
     const auto message = co_await off_thread(shared_.files, work);
     if (closed_) co_return false;

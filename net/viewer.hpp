@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "net/group_walk.hpp"
 #include "net/library.hpp"
 #include "net/live_stream.hpp"
 #include "net/server.hpp"
@@ -73,6 +74,7 @@ private:
     void ring() { bell_.cancel(); }
     void hold(std::uint64_t bytes);
 
+    void restart_live();                         ///< at the newest group
     double position() const;                     ///< seconds: where the viewer's play clock stands
     void set_position(double seconds);
 
@@ -97,13 +99,15 @@ private:
     std::shared_ptr<LiveStream> live_;           ///< this or stream_ is what is open
     std::uint64_t next_record_ = 0;              ///< of live_
     std::uint64_t started_ = 0;                  ///< bit per slot whose group has been started here
+    std::optional<std::uint32_t> live_group_;    ///< the newest that has been started here
+    std::uint64_t live_slots_ = 0;               ///< selected when it was
     std::shared_ptr<const protocol::StreamFileReader> stream_;
+    std::optional<GroupWalk> walk_;              ///< of stream_
     bool playing_ = false;                       ///< PLAY has come
     bool announce_ = false;                      ///< PLAYING is due
     bool ended_ = false;                         ///< END has been sent
     std::uint32_t generation_ = 0;
-    std::size_t entry_ = 0;                      ///< next one of stream_->index()
-    std::uint64_t slots_ = ~std::uint64_t(0);
+    std::uint64_t slots_ = ~std::uint64_t(0);    ///< selected, for groups that have not begun
     double base_ = 0;                            ///< seconds of the stream at base_at_
     Clock::time_point base_at_ = Clock::now();
     double rate_ = 1;                            ///< 0: unpaced

@@ -32,6 +32,7 @@ std::string why_not(const std::string& name) {
 void Viewer::close_stream() {
     if (live_) live_->leave(bell_);
     live_.reset();
+    walk_.reset();
     stream_.reset();
     playing_ = announce_ = ended_ = false;
     slots_ = ~std::uint64_t(0);
@@ -100,6 +101,12 @@ void Viewer::open_live(std::shared_ptr<LiveStream> stream) {
     reply(live_->catalogue());
 }
 
+void Viewer::restart_live() {
+    next_record_ = live_->newest();
+    started_ = 0;
+    live_group_.reset();
+}
+
 asio::awaitable<bool> Viewer::play_live() {
     const auto live = live_;
     if (live->superseded()) {
@@ -109,10 +116,10 @@ asio::awaitable<bool> Viewer::play_live() {
     if (paused_) {
         // Who goes on after a pause goes on with what is new.
         co_await wait({});
-        if (!paused_ && live_ == live) next_record_ = live->newest(), started_ = 0;
+        if (!paused_ && live_ == live) restart_live();
         co_return true;
     }
-    if (next_record_ < live->first()) next_record_ = live->newest(), started_ = 0;   // it was too slow
+    if (next_record_ < live->first()) restart_live();   // it was too slow
     const LiveStream::Record* record = live->at(next_record_);
     if (ended_ && record) ended_ = false, announce_ = true;   // a publisher has come back
     if (announce_) {
@@ -130,8 +137,11 @@ asio::awaitable<bool> Viewer::play_live() {
     }
     ++next_record_;
     const std::uint64_t bit = std::uint64_t(1) << record->slot;
-    if (record->start && (slots_ & bit)) started_ |= bit;
-    if (!(slots_ & bit)) started_ &= ~bit;
+    if (record->start) {
+        if (live_group_ != record->group) live_slots_ = slots_;   // numbers never go back here
+        live_group_ = record->group;
+        live_slots_ & bit ? started_ |= bit : started_ &= ~bit;
+    }
     if (!(started_ & bit)) co_return true;
     shared_.groups_sent += record->start;
     const std::shared_ptr<const Bytes> message = record->message;

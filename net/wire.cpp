@@ -38,7 +38,7 @@ asio::awaitable<Result<RawMessage>> Wire::read(std::uint64_t limit) {
                                                                  asio::redirect_error(asio::use_awaitable, error));
         buffer_.resize(kept + got);
         if (error) co_return gone(error);
-        hear();
+        hear(got);
     }
     at_ += head.size;
     RawMessage message{head.type, {}, head.total()};
@@ -53,7 +53,7 @@ asio::awaitable<Result<RawMessage>> Wire::read(std::uint64_t limit) {
                                                                  asio::redirect_error(asio::use_awaitable, error));
         message.body.resize(have + got);
         if (error) co_return gone(error);
-        hear();
+        hear(got);
     }
     co_return message;
 }

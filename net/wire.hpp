@@ -3,6 +3,7 @@
 #include <asio/awaitable.hpp>
 #include <asio/ip/tcp.hpp>
 #include <chrono>
+#include <functional>
 
 #include "core/result.hpp"
 #include "protocol/messages.hpp"
@@ -43,10 +44,16 @@ public:
 
     Clock::time_point last_heard() const { return heard_; }        ///< the last byte read
     void hear() { heard_ = Clock::now(); }
+    std::function<void(std::size_t bytes)> on_bytes;               ///< called for all that is read, as it comes
     /// How long the write under way has made no progress; zero when none is.
     Clock::duration stalled() const { return writing_ ? Clock::now() - progress_ : Clock::duration::zero(); }
 
 private:
+    void hear(std::size_t bytes) {
+        hear();
+        if (on_bytes) on_bytes(bytes);
+    }
+
     asio::ip::tcp::socket socket_;
     Bytes buffer_;                  ///< read and not yet taken: buffer_[at_ ..]
     std::size_t at_ = 0;

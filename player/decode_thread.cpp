@@ -15,7 +15,8 @@ constexpr double kStartSeconds = 0.2;             // of frames before playing st
 
 std::size_t capacity_of(const StreamModel& stream, double delay) {
     if (stream.live) return kBufferFrames + std::size_t(std::ceil(delay * stream.frame_rate.value()));
-    const std::size_t picture = std::size_t(stream.texture_width) * stream.texture_height * 3 / 2;
+    std::size_t picture = 0;
+    for (const StreamModel::TextureRung& rung : stream.texture_rungs) picture = std::max(picture, std::size_t(rung.width) * rung.height * 3 / 2);
     return picture ? std::clamp<std::size_t>(kBufferBytes / picture, 3, kBufferFrames) : kBufferFrames;
 }
 
@@ -117,6 +118,11 @@ void DecodeThread::push_live(PlayFrame frame, std::uint32_t generation) {
     const std::lock_guard lock(mutex_);
     if (generation_ != generation) return;
     frame.decoded_at = std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+    if (frame.frame <= last_live_) {   // the stream has begun anew
+        buffer_.clear();
+        live_clock_.restart();
+    }
+    last_live_ = frame.frame;
     live_clock_.arrived(frame.frame, frame.decoded_at);
     buffer_.resume();
     buffer_.make_room();
@@ -145,7 +151,7 @@ void DecodeThread::pull() {
     if (slot < bytes_.size())
         for (const protocol::Object& object : arrival->group->objects) bytes_[slot] += object.bytes.size();
     const auto& motion = stream_.motion_slots;
-    if (std::find(motion.begin(), motion.end(), slot) != motion.end() || (stream_.texture && slot == stream_.texture_slot)) {
+    if (std::find(motion.begin(), motion.end(), slot) != motion.end() || stream_.texture_rung_of(slot)) {
         groups_.add(std::move(*arrival->group));
     } else if (stream_.sound && slot == stream_.sound_slot) {
         auto block = stream_.sound->decode(*arrival->group);

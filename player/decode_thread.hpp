@@ -66,6 +66,7 @@ private:
     std::condition_variable changed_;
     JitterBuffer buffer_;
     LiveClock live_clock_;
+    std::int64_t last_live_ = -1;               // frame of a live stream
     std::uint32_t generation_ = 0;              // of the source, since the last seek
     std::optional<std::int64_t> restart_;       // first frame wanted by a seek that the thread has not seen
     bool idle_ = true;                          // until start() or seek()

@@ -15,51 +15,50 @@ void GroupDecoder::restart(std::int64_t first_frame) {
     motions_.clear();
     texture_ = {};
     open_ = finished_ = false;
+    newest_ = 0;
+    begun_.reset();
     first_wanted_ = first_frame;
     last_given_ = first_frame - 1;
 }
 
 void GroupDecoder::add(protocol::Group group) {
+    // Of a group that has begun, another rung of texture comes when the connection dropped after the rung was changed.
+    if (begun_ && group.group <= *begun_) return;
+    newest_ = std::max(newest_, group.group);
+    // What a group lacks now will never come.
+    damaged_ += std::erase_if(pending_, [&](const auto& entry) { return entry.first < newest_ && !usable(entry.second); });
+    if (group.group < newest_) return;
     Pending& pending = pending_[group.group];
     const auto& slots = stream_.motion_slots;
     if (group.slot == slots.front()) pending.motion = std::move(group);
     else if (std::find(slots.begin(), slots.end(), group.slot) != slots.end()) pending.refinements[group.slot] = std::move(group);
-    else pending.texture = std::move(group);
+    else if (!pending.texture) pending.texture = std::move(group);
 }
 
 bool GroupDecoder::wants_group() const {
     if (finished_) return false;
     std::size_t waiting = 0;
-    for (const auto& [number, group] : pending_) waiting += complete(group);
+    for (const auto& [number, group] : pending_) waiting += settled(number, group);
     return waiting < kWaitingGroups;
 }
 
-// Groups come in order of their numbers: what one lacks when a later one is whole (or none will come) will never be there, and it is
-// shown without the refinements that are missing.
+// Groups come in order of their numbers: what one lacks when a later one comes (or none will) will never be there, and it is shown without
+// the refinements that are missing.
 std::map<std::uint32_t, GroupDecoder::Pending>::const_iterator GroupDecoder::next_ready() const {
-    auto first = pending_.end();
-    for (auto group = pending_.begin(); group != pending_.end(); ++group) {
-        if (first == pending_.end() && usable(group->second)) first = group;
-        if (complete(group->second)) return first;
-    }
-    return finished_ ? first : pending_.end();
+    return std::ranges::find_if(pending_, [&](const auto& entry) { return usable(entry.second) && settled(entry.first, entry.second); });
 }
 
 bool GroupDecoder::has_work() const { return open_ || next_ready() != pending_.end(); }
 
-void GroupDecoder::drop_incomplete() {
-    const auto ready = next_ready();
-    while (!pending_.empty() && pending_.cbegin() != ready) {
-        pending_.erase(pending_.begin());
-        ++damaged_;
-    }
-}
-
 bool GroupDecoder::begin_group() {
-    drop_incomplete();
-    if (pending_.empty()) return false;
-    Pending group = std::move(pending_.begin()->second);
-    pending_.erase(pending_.begin());
+    const auto ready = next_ready();
+    if (ready == pending_.end()) return false;
+    begun_ = ready->first;
+    Pending group = std::move(pending_.extract(ready).mapped());
+    if (group.texture) {
+        texture_rung_ = stream_.texture_rung_of(group.texture->slot).value_or(0);
+        if (auto prepared = stream_.use_texture_rung(texture_rung_); !prepared.ok()) return give_up(prepared.error().message), false;
+    }
     stream_.motion.begin_group();
     motions_.clear();
     std::int64_t frame = group.motion->first_time;
@@ -77,7 +76,7 @@ bool GroupDecoder::begin_group() {
         frame += object.frames;
     }
     frames_ = frame - group.motion->first_time;
-    if (stream_.texture) {
+    if (group.texture) {
         texture_ = std::move(*group.texture);
         stream_.texture->begin_group(texture_.first_time);
         next_object_ = 0;
@@ -97,14 +96,14 @@ void GroupDecoder::join(std::vector<decoder::TextureFrame> pictures, std::vector
         auto motion = motions_.extract(picture.frame);
         if (motion.empty() || picture.frame <= last_given_) continue;
         last_given_ = picture.frame;
-        frames.push_back({picture.frame, std::move(motion.mapped()), std::move(picture)});
+        frames.push_back({.frame = picture.frame, .motion = std::move(motion.mapped()), .texture = std::move(picture), .texture_rung = texture_rung_});
     }
 }
 
 std::vector<PlayFrame> GroupDecoder::step() {
     std::vector<PlayFrame> frames;
     if (!open_ && !begin_group()) return frames;
-    if (!stream_.texture) {
+    if (stream_.texture_rungs.empty()) {
         for (auto& [number, motion] : motions_)
             if (number > last_given_) frames.push_back({last_given_ = number, std::move(motion), std::nullopt});
         motions_.clear();

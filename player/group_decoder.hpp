@@ -42,22 +42,26 @@ private:
         std::map<std::uint8_t, protocol::Group> refinements;   // of motion, by slot
     };
     /// Can be shown; and lacks nothing, not even a refinement.
-    bool usable(const Pending& group) const { return group.motion && (group.texture || !stream_.texture); }
+    bool usable(const Pending& group) const { return group.motion && (group.texture || stream_.texture_rungs.empty()); }
     bool complete(const Pending& group) const { return usable(group) && group.refinements.size() + 1 == stream_.motion_slots.size(); }
+    /// Nothing more will come for it.
+    bool settled(std::uint32_t number, const Pending& group) const { return finished_ || number < newest_ || complete(group); }
     std::map<std::uint32_t, Pending>::const_iterator next_ready() const;
-    void drop_incomplete();
     bool begin_group();
     void give_up(const std::string& why);
     void join(std::vector<decoder::TextureFrame> pictures, std::vector<PlayFrame>& frames);
 
     StreamModel& stream_;
     std::map<std::uint32_t, Pending> pending_;
+    std::uint32_t newest_ = 0;                   // group that something has come of
+    std::optional<std::uint32_t> begun_;         // the last group that was begun: what still comes of it is too late
     bool finished_ = false;
     std::int64_t first_wanted_ = 0;
 
     bool open_ = false;                          // a group is being decoded
     std::map<std::int64_t, model::Motion> motions_;
     protocol::Group texture_;
+    std::size_t texture_rung_ = 0;
     std::size_t next_object_ = 0;
     std::int64_t frames_ = 0;                    // of the group, by its motion
     std::int64_t last_given_ = -1;

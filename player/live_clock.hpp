@@ -14,6 +14,7 @@ public:
 
     LiveClock(double frame_rate, double delay) : frame_rate_(frame_rate), delay_(delay) {}
 
+    void restart() { window_.clear(); }      ///< frames count anew
     /// A frame has been decoded.
     void arrived(std::int64_t frame, double now);
     /// The newest frame that may be shown; -1 before any has come.

@@ -11,6 +11,7 @@ std::vector<PlayFrame> LiveDecoder::add(const protocol::LiveObject& object) {
     std::vector<PlayFrame> frames;
     if (object.slot != stream_.motion_slots.front()) return frames;
     if (object.index == 0) {
+        if (object.group <= group_) last_given_ = -1;   // a source goes back only when its stream has begun anew
         stream_.motion.begin_group();
         group_ = object.group;
         next_ = 0;

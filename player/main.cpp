@@ -51,12 +51,14 @@ int main(int argc, char** argv) {
     player::Options options;
     CLI::App app("Plays a face performance from a server or a file.");
     app.footer(
-        "Keys: space pause, left/right 5 s, up/down 1 min, . , one frame, [ ] speed, backspace normal speed, m mute,\n"
-        "f full screen, i statistics, s screenshot, w wireframe, 1 texture, 2 motion, 3 head pose, 4 gaze, 5 light,\n"
-        "6 medium detail, 7 fine detail, 8 learnt colour,\n"
-        "r reset the view, ? help, q quit. Mouse: left button orbits, right or middle pans, wheel zooms; drop a file to play it.");
-    std::string view = "front", size, frames, fps, cache = "default";
+        "Keys: space or p pause, left/right 5 s, up/down 1 min, home start, . , one frame, [ ] speed, { } half and double speed,\n"
+        "backspace normal speed, l loop, 9 0 volume, m mute, - + rung of texture, a rung that follows the line, f full screen,\n"
+        "i statistics, s screenshot, w wireframe, 1 texture, 2 motion, 3 head pose, 4 gaze, 5 light, 6 medium detail,\n"
+        "7 fine detail, 8 learnt colour, r reset the view, h, ? or F1 help, q quit.\n"
+        "Mouse: left button orbits, right or middle pans, wheel zooms; drop a file to play it.");
+    std::string view = "front", size, frames, fps, cache = "default", texture_rung;
     bool no_sound = false;
+    double volume = 100;
     double delay = 1000 * options.delay;
     app.add_option("input", options.input, "mien://HOST[:PORT]/NAME or a .mien file");
     app.add_flag("--headless", options.headless, "no window: write --output and/or --sheet");
@@ -67,7 +69,12 @@ int main(int argc, char** argv) {
     app.add_option("--stats-json", options.stats, "write figures of the run");
     app.add_option("--view", view, "front, left or right (the actor's own side)")->check(CLI::IsMember({"front", "left", "right"}));
     app.add_option("--size", size, "WxH of the picture or window")->check([&](const std::string& s) { return check_size(s, options); });
-    app.add_option("--time", options.time, "start at this second")->check(CLI::NonNegativeNumber);
+    app.add_option("--time,--start", "start at this moment: seconds, M:S or H:M:S")->check([&](const std::string& s) -> std::string {
+        const auto time = player::parse_time(s);
+        if (!time.ok()) return time.error().message;
+        options.time = *time;
+        return {};
+    });
     app.add_option("--frames", frames, "A:B, headless: only these")->check([&](const std::string& s) { return check_frames(s, options); });
     app.add_option("--delay", delay, "milliseconds that frames of a live stream wait to be shown evenly; 0 shows them as they come")
         ->check(CLI::Range(0.0, 5000.0))->capture_default_str();
@@ -76,9 +83,16 @@ int main(int argc, char** argv) {
     app.add_option("--cache", cache, "folder for blobs kept between runs, or none");
     app.add_option("--wait", options.wait, "seconds to wait for the stream")->check(CLI::PositiveNumber);
     app.add_flag("--loop", options.loop, "start again at the end");
+    app.add_flag("--pause", options.paused, "begin paused");
+    app.add_option("--speed", options.speed, "speed to play at; the pitch of the sound goes with it")->check(CLI::Range(0.25, 4.0));
+    app.add_option("--volume", volume, "percent")->check(CLI::Range(0.0, 100.0))->capture_default_str();
+    app.add_flag("--mute", options.muted, "begin with the sound off");
+    app.add_flag("--fullscreen,--fs", options.full_screen, "begin in full screen");
     app.add_flag("--list", options.list, "list the streams of a server and stop");
     app.add_option("--motion-rung", options.motion_rung, "highest rung of motion to ask for, 0 the coarsest (default: all)")->check(CLI::Range(0, 63));
-    auto* rung = app.add_option("--texture-rung", options.texture.rung, "rung of texture to ask for, 0 the coarsest (default: the finest)")->check(CLI::Range(0, 63));
+    auto* rung = app.add_option("--texture-rung,--rung", texture_rung,
+                                "rung of texture to ask for, 0 the coarsest, or auto: what the line takes (default: auto in a window, else the finest)")
+                     ->check(CLI::Range(0, 63) | CLI::IsMember({"auto"}));
     app.add_option("--texture-kbps", options.texture.kbps, "the finest rung of texture of at most this rate, kbit/s")->check(CLI::PositiveNumber)->excludes(rung);
     app.add_flag("--no-sound", no_sound, "silent");
     app.set_version_flag("--version", "mien-play " MIEN_VERSION);
@@ -90,6 +104,9 @@ int main(int argc, char** argv) {
 
     options.sound = !no_sound;
     options.delay = delay / 1000;
+    options.volume = volume / 100;
+    options.texture.automatic = texture_rung == "auto" || (texture_rung.empty() && !options.texture.kbps && !options.headless);
+    if (!texture_rung.empty() && !options.texture.automatic) options.texture.rung = std::stoul(texture_rung);
     options.view = *render::parse_view(view);
     const auto complain = [](std::string_view message) { return fmt::print(stderr, "mien-play: {}\n", message), 2; };
     if (!fps.empty()) {
@@ -106,6 +123,9 @@ int main(int argc, char** argv) {
     try {
         if (options.list) return list_streams(options.input);
         if (options.headless) {
+            if (options.paused || options.muted || options.full_screen || app.count("--speed") || app.count("--volume"))
+                return complain("--pause, --speed, --volume, --mute and --fullscreen are for the window");
+            if (texture_rung == "auto") return complain("--texture-rung auto is for the window: without one nothing is due");
             if (options.input.empty()) return complain("nothing to play: give a mien:// URL or a file");
             if (options.output.empty() && options.sheet.empty() && !options.benchmark)
                 return complain("--headless needs --output, --sheet or --benchmark");

@@ -3,8 +3,10 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "core/rational.hpp"
+#include "core/result.hpp"
 #include "player/stream_model.hpp"
 #include "render/camera.hpp"
 
@@ -26,6 +28,9 @@ struct Options {
     std::optional<Rational> frame_rate;                  ///< of the mp4; default: the stream's own
     std::optional<std::filesystem::path> cache;          ///< folder; none: no cache
     bool loop = false;
+    bool paused = false, muted = false, full_screen = false;   ///< window: how it begins
+    double speed = 1;
+    double volume = 1;                                   ///< 0 .. 1
     bool list = false;
     bool sound = true;
     std::size_t motion_rung = 63;                        ///< highest rung of motion to ask for
@@ -34,5 +39,8 @@ struct Options {
     TextureChoice texture;
     double wait = 20;                                    ///< seconds to wait for the stream to be ready
 };
+
+/// A moment as people write it: 90, 1:30, 0:01:30.5; seconds.
+Result<double> parse_time(std::string_view text);
 
 }  // namespace mien::player

@@ -14,12 +14,14 @@ constexpr ImGuiWindowFlags kPlain = ImGuiWindowFlags_NoDecoration | ImGuiWindowF
                                     ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav;
 
 constexpr const char* kHelp[][2] = {
-    {"space", "pause"},          {"left, right", "5 seconds"},  {"up, down", "1 minute"},     {". ,", "one frame"},
-    {"[ ]", "speed"},            {"backspace", "normal speed"}, {"m", "mute"},                {"f", "full screen"},
-    {"i", "statistics"},         {"s", "screenshot"},           {"w", "wireframe"},           {"1", "texture"},
-    {"2", "motion"},             {"3", "head pose"},            {"4", "gaze"},                {"5", "light"},
-    {"r", "reset the view"},     {"q", "quit"},                 {"left mouse", "orbit"},      {"right mouse", "pan"},
-    {"wheel", "zoom"},           {"drop a file", "play it"},
+    {"space, p", "pause"},       {"left, right", "5 seconds"},  {"up, down", "1 minute"},     {"home", "the start"},
+    {". ,", "one frame"},        {"[ ]", "speed"},              {"{ }", "half, double speed"}, {"backspace", "normal speed"},
+    {"l", "loop"},               {"9 0", "volume"},             {"m", "mute"},                {"- +", "rung of texture"},
+    {"a", "rung by the line"},   {"f", "full screen"},          {"i", "statistics"},          {"s", "screenshot"},
+    {"w", "wireframe"},          {"1", "texture"},              {"2", "motion"},              {"3", "head pose"},
+    {"4", "gaze"},               {"5", "light"},                {"6", "medium detail"},       {"7", "fine detail"},
+    {"8", "learnt colour"},      {"r", "reset the view"},       {"h, ?, F1", "this help"},    {"q", "quit"},
+    {"left mouse", "orbit"},     {"right mouse", "pan"},        {"wheel", "zoom"},            {"drop a file", "play it"},
 };
 
 }  // namespace

@@ -12,6 +12,7 @@ struct PlayFrame {
     std::int64_t frame = 0;
     model::Motion motion;
     std::optional<decoder::TextureFrame> texture = {};   ///< none when the stream has no texture track
+    std::size_t texture_rung = 0;
     double decoded_at = 0;                          ///< steady seconds; of a live stream
 };
 

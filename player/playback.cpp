@@ -7,6 +7,15 @@ namespace mien::player {
 
 Playback::Playback(Session session, std::unique_ptr<SoundOutput> sound, bool loop)
     : sound_(std::move(sound)), session_(std::move(session)), frame_rate_(session_.stream->frame_rate.value()), loop_(loop) {
+    const StreamModel& stream = *session_.stream;
+    rung_ = stream.first_texture_rung;
+    adapts_ = session_.adapts;
+    if (session_.networked && !stream.live && stream.texture_rungs.size() > 1) {
+        std::vector<double> needs;
+        for (const StreamModel::TextureRung& rung : stream.texture_rungs)
+            needs.push_back(rung.bits_per_second > 0 ? stream.other_bits_per_second + rung.bits_per_second : 0);
+        chooser_.emplace(std::move(needs), rung_);
+    }
     session_.decode->start();
 }
 
@@ -28,6 +37,7 @@ std::optional<PlayFrame> Playback::shown(std::optional<PlayFrame> frame) {
 std::optional<PlayFrame> Playback::tick(double now) {
     DecodeThread& decode = *session_.decode;
     if (live()) return tick_live(now);
+    adapt(now);
     if (show_next_) {
         auto frame = decode.pop();
         if (!frame) return std::nullopt;
@@ -106,6 +116,7 @@ void Playback::seek(double now, double seconds) {
         if (sound_) sound_->flush(target);
     });
     clock_.set(target);
+    if (chooser_) chooser_->refill();
     shown_frame_ = std::int64_t(std::llround(target * frame_rate_));
     waiting_ = show_next_ = true;
     ended_ = stepped_ = false;
@@ -135,6 +146,42 @@ void Playback::set_rate(double now, double rate) {
 void Playback::toggle_mute() {
     muted_ = !muted_;
     if (sound_) sound_->set_muted(muted_);
+}
+
+void Playback::set_volume(double volume) {
+    volume_ = std::clamp(volume, 0.0, 1.0);
+    if (sound_) sound_->set_volume(volume_);
+}
+
+void Playback::use_rung(std::size_t rung) {
+    if (rung == rung_) return;
+    rung_ = rung;
+    session_.source->select(session_.stream->slots(rung));
+}
+
+void Playback::set_rung(std::size_t rung) {
+    if (session_.stream->texture_rungs.empty()) return;
+    adapts_ = false;
+    use_rung(std::min(rung, session_.stream->texture_rungs.size() - 1));
+}
+
+void Playback::follow_line(double now) {
+    if (session_.stream->texture_rungs.empty()) return;
+    if (!chooser_) return use_rung(session_.stream->texture_rungs.size() - 1);
+    adapts_ = true;
+    chooser_->set_rung(rung_);
+    adapted_ = now;
+}
+
+void Playback::adapt(double now) {
+    constexpr double kEvery = 0.2;
+    if (!follows_line() || now - adapted_ < kEvery) return;
+    adapted_ = now;
+    const net::SourceStatistics source = session_.source->statistics();
+    // Near the end less and less is left, however quick the line.
+    if (paused_ || ended_ || source.until >= session_.stream->seconds() - 1e-6) return;
+    constexpr double kMost = 60;   // whatever a server says
+    use_rung(chooser_->choose(now, {std::clamp(source.until - clock_.at(now), 0.0, kMost), source.line}, clock_.rate()));
 }
 
 double Playback::position(double now) const {

@@ -6,6 +6,7 @@
 
 #include "core/environment_error.hpp"
 #include "net/blob_cache.hpp"
+#include "net/url.hpp"
 
 namespace mien::player {
 
@@ -14,7 +15,7 @@ void Session::collect(Statistics& statistics) const {
     statistics.dropped = decode->dropped();
     statistics.damaged_groups = decode->damaged_groups();
     statistics.motion_bytes = motion_bytes();
-    if (stream->texture) statistics.texture_bytes = decode->bytes_of(stream->texture_slot);
+    statistics.texture_bytes = texture_bytes();
     if (stream->sound) statistics.sound_bytes = decode->bytes_of(stream->sound_slot);
 }
 
@@ -24,9 +25,27 @@ std::uint64_t Session::motion_bytes() const {
     return bytes;
 }
 
+std::uint64_t Session::texture_bytes() const {
+    std::uint64_t bytes = 0;
+    for (const StreamModel::TextureRung& rung : stream->texture_rungs) bytes += decode->bytes_of(rung.slot);
+    return bytes;
+}
+
 Result<Session> open_session(const std::string& input, SessionOptions options) {
     using namespace std::chrono_literals;
     Session session;
+    // A file gives what it has at once.
+    session.networked = net::looks_like_url(input);
+    session.adapts = options.texture.automatic && session.networked;
+    if (!session.adapts) options.texture.automatic = false;
+    // The source's thread chooses before anything is sent, and before wait_ready() lets us go on and go by it.
+    const auto chosen = std::make_shared<std::optional<std::size_t>>();
+    options.source.slots = [chosen, sound = options.sound, first = options.sound_first, motion_rungs = options.motion_rungs, texture = options.texture](
+                               const protocol::StreamHeader& header, std::optional<double> line) {
+        const FirstChoice choice = first_choice(header, header.frames == 0, sound, motion_rungs, texture, line);
+        *chosen = choice.texture_rung;
+        return first && choice.sound_slot ? std::uint64_t(1) << *choice.sound_slot : choice.slots;
+    };
     MIEN_TRY(source, net::open_source(input, options.source));
     session.source = std::move(source);
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(options.wait);
@@ -40,6 +59,7 @@ Result<Session> open_session(const std::string& input, SessionOptions options) {
             return Error{ErrorCode::unavailable, fmt::format("{} did not answer within {:.0f} s{}{}", input, options.wait,
                                                              status.reason.empty() ? "" : ": ", status.reason)};
     }
+    if (*chosen) options.texture = {.rung = *chosen};
     MIEN_TRY(stream, open_stream_model(*session.source, options.sound, options.motion_rungs, options.texture));
     session.stream = std::make_unique<StreamModel>(std::move(stream));
     const bool sound_only = options.sound_first && session.stream->sound;

@@ -15,8 +15,12 @@ struct Session {
     std::unique_ptr<StreamModel> stream;
     std::unique_ptr<DecodeThread> decode;   // last: it goes first
 
+    bool networked = false;                 ///< from a server, not from a file
+    bool adapts = false;                    ///< the rung of texture follows the line, as asked
+
     void collect(Statistics& statistics) const;
-    std::uint64_t motion_bytes() const;   ///< of all its rungs
+    std::uint64_t motion_bytes() const;     ///< of all its rungs
+    std::uint64_t texture_bytes() const;    ///< likewise
 };
 
 struct SessionOptions {

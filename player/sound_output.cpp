@@ -50,12 +50,15 @@ struct SoundOutput::State {
     std::vector<ALuint> idle;                // buffers not queued
     std::deque<std::int64_t> queued_start;   // first sample of each buffer queued in the source
     bool playing = false, stopping = false;
-    double rate = 1;
+    double rate = 1, volume = 1;
+    bool muted = false;
     std::thread thread;
 
     void run();
     void feed();
+    void take_back(ALint count);
     void stop_source();
+    void set_gain();
     bool fill(ALuint buffer);
 };
 
@@ -130,26 +133,39 @@ bool SoundOutput::State::fill(ALuint buffer) {
     return true;
 }
 
-void SoundOutput::State::feed() {
-    ALint processed = 0;
-    alGetSourcei(source, AL_BUFFERS_PROCESSED, &processed);
-    for (; processed > 0; --processed) {
+void SoundOutput::State::take_back(ALint count) {
+    for (; count > 0 && !queued_start.empty(); --count) {
         ALuint buffer = 0;
         alSourceUnqueueBuffers(source, 1, &buffer);
         idle.push_back(buffer);
-        if (!queued_start.empty()) queued_start.pop_front();
+        queued_start.pop_front();
     }
+}
+
+/// A stopped source calls everything in its queue processed, also what was queued after it stopped and nobody has heard. So what it
+/// says is taken only while it plays or pauses, and a source that has run dry is rewound before it is given anything.
+void SoundOutput::State::feed() {
+    ALint processed = 0, what = 0;
+    alGetSourcei(source, AL_BUFFERS_PROCESSED, &processed);
+    alGetSourcei(source, AL_SOURCE_STATE, &what);
+    if (what == AL_STOPPED) stop_source();
+    else take_back(processed);
+    const std::size_t before = queued_start.size();
     while (!idle.empty() && fill(idle.back())) {
         alSourceQueueBuffers(source, 1, &idle.back());
         idle.pop_back();
     }
-    ALint what = 0;
     alGetSourcei(source, AL_SOURCE_STATE, &what);
+    if (what == AL_STOPPED) {   // it ran dry meanwhile: only what was there before has been heard
+        take_back(ALint(before));
+        alSourceRewind(source);
+    }
     if (playing && what != AL_PLAYING && !queued_start.empty()) alSourcePlay(source);
 }
 
+/// Empties the queue. The source is then as if it had never played (AL_INITIAL), and what is queued next waits to be played.
 void SoundOutput::State::stop_source() {
-    alSourceStop(source);
+    alSourceRewind(source);
     alSourcei(source, AL_BUFFER, 0);
     idle.assign(buffers.begin(), buffers.end());
     queued_start.clear();
@@ -202,7 +218,19 @@ void SoundOutput::set_rate(double rate) {
     alSourcef(state_->source, AL_PITCH, float(rate));
 }
 
-void SoundOutput::set_muted(bool muted) { alSourcef(state_->source, AL_GAIN, muted ? 0.0f : 1.0f); }
+void SoundOutput::State::set_gain() { alSourcef(source, AL_GAIN, muted ? 0.0f : float(volume * volume * volume)); }   // as loudness is heard
+
+void SoundOutput::set_muted(bool muted) {
+    const std::lock_guard lock(state_->mutex);
+    state_->muted = muted;
+    state_->set_gain();
+}
+
+void SoundOutput::set_volume(double volume) {
+    const std::lock_guard lock(state_->mutex);
+    state_->volume = std::clamp(volume, 0.0, 1.0);
+    state_->set_gain();
+}
 
 std::optional<double> SoundOutput::heard() const {
     const std::lock_guard lock(state_->mutex);

@@ -23,6 +23,7 @@ public:
     void pause();
     void set_rate(double rate);            ///< pitch changes with it
     void set_muted(bool muted);
+    void set_volume(double volume);        ///< 0 .. 1
 
     /// The time of the sample that leaves the loudspeaker now, seconds; none while nothing sounds.
     std::optional<double> heard() const;

@@ -2,10 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "decoder/model_decoder.hpp"
 
 namespace mien::player {
 namespace {
+
+using protocol::TrackKind;
 
 const protocol::Track* first_track(const protocol::StreamHeader& header, protocol::TrackKind kind) {
     for (const protocol::Track& track : header.tracks)
@@ -20,14 +24,74 @@ const protocol::Rung& base_rung(const protocol::Track& track) {
     return track.rungs.front();
 }
 
+std::uint64_t bit(std::uint8_t slot) { return std::uint64_t(1) << slot; }
+
+constexpr double kFirstPart = 0.6;   // of what the line took of the model: what a stream begins with may fill of it
+
+/// Rungs of a texture track that stand alone.
+std::size_t rung_count(const protocol::Track& track) {
+    return std::size_t(std::ranges::count_if(track.rungs, [](const protocol::Rung& rung) { return !rung.refines; }));
+}
+
+std::size_t first_rung(const protocol::Track& track, const TextureChoice& choice, double other_bits, std::optional<double> line) {
+    const std::size_t count = rung_count(track);
+    std::size_t wanted = protocol::kFinestRung;
+    if (choice.rung) wanted = *choice.rung;
+    else if (choice.kbps) wanted = protocol::texture_rung_within(track, *choice.kbps * 1000);
+    else if (choice.automatic) wanted = line ? protocol::texture_rung_within(track, kFirstPart * *line - other_bits) : (count - 1) / 2;
+    return std::min(wanted, count - 1);
+}
+
+/// Bits per second of the slots in `slots`, as far as the header tells.
+double bits_of(const protocol::StreamHeader& header, std::uint64_t slots) {
+    double bits = 0;
+    for (const protocol::Track& track : header.tracks)
+        for (const protocol::Rung& rung : track.rungs)
+            if (slots & bit(rung.slot)) bits += rung.bits_per_second;
+    return bits;
+}
+
 }  // namespace
 
-std::uint64_t StreamModel::slots() const {
+FirstChoice first_choice(const protocol::StreamHeader& header, bool live, bool with_sound, std::size_t motion_rungs, const TextureChoice& texture,
+                         std::optional<double> line) {
+    FirstChoice choice;
+    if (const auto* track = first_track(header, TrackKind::motion)) {
+        const auto ladder = protocol::rung_ladder(*track);
+        for (std::size_t r = 0; r < ladder.size() && r < (live ? 1 : motion_rungs); ++r) choice.slots |= bit(ladder[r]->slot);
+    }
+    if (live) return choice;
+    if (const auto* track = with_sound ? first_track(header, TrackKind::sound) : nullptr) {
+        choice.sound_slot = base_rung(*track).slot;
+        choice.slots |= bit(*choice.sound_slot);
+    }
+    if (const auto* track = first_track(header, TrackKind::texture)) {
+        choice.texture_rung = first_rung(*track, texture, bits_of(header, choice.slots), line);
+        choice.slots |= bit(protocol::texture_rung(*track, choice.texture_rung).slot);
+    }
+    return choice;
+}
+
+std::uint64_t StreamModel::slots(std::size_t texture_rung) const {
     std::uint64_t bits = 0;
-    for (const std::uint8_t slot : motion_slots) bits |= std::uint64_t(1) << slot;
-    if (texture) bits |= std::uint64_t(1) << texture_slot;
-    if (sound) bits |= std::uint64_t(1) << sound_slot;
+    for (const std::uint8_t slot : motion_slots) bits |= bit(slot);
+    if (!texture_rungs.empty()) bits |= bit(texture_rungs[texture_rung].slot);
+    if (sound) bits |= bit(sound_slot);
     return bits;
+}
+
+std::optional<std::size_t> StreamModel::texture_rung_of(std::uint8_t slot) const {
+    const auto found = std::ranges::find(texture_rungs, slot, &TextureRung::slot);
+    if (found == texture_rungs.end()) return std::nullopt;
+    return std::size_t(found - texture_rungs.begin());
+}
+
+Result<void> StreamModel::use_texture_rung(std::size_t rung) {
+    if (texture && rung == texture_in_use) return {};
+    MIEN_TRY(decoder, decoder::TextureDecoder::create(texture_track, protocol::texture_rung(texture_track, rung)));
+    texture.emplace(std::move(decoder));
+    texture_in_use = rung;
+    return {};
 }
 
 Result<StreamModel> open_stream_model(const net::StreamSource& source, bool with_sound, std::size_t motion_rungs,
@@ -52,22 +116,20 @@ Result<StreamModel> open_stream_model(const net::StreamSource& source, bool with
     }
     MIEN_TRY(motion, decoder::MotionDecoder::create(info, bases, face.neutral.triangles, face.neutral.mirror));
 
-    StreamModel stream{std::move(face), {}, std::move(motion), {}, {}, std::move(motion_slots)};
+    StreamModel stream{.model = std::move(face), .composed = {}, .motion = std::move(motion), .texture = {}, .sound = {}, .motion_slots = std::move(motion_slots)};
     stream.composed = model::compose(stream.model, stream.motion.basis());
     stream.frame_rate = header.frame_rate;
     stream.frames = std::int64_t(header.frames);
     stream.live = source.live();
     if (const auto* track = stream.live ? nullptr : first_track(header, protocol::TrackKind::texture)) {
-        const std::size_t wanted = choice.rung   ? *choice.rung
-                                   : choice.kbps ? protocol::texture_rung_within(*track, *choice.kbps * 1000)
-                                                 : protocol::kFinestRung;
-        const protocol::Rung& rung = protocol::texture_rung(*track, wanted);
-        MIEN_TRY(texture, decoder::TextureDecoder::create(*track, rung));
-        const protocol::Rung::Size size = protocol::texture_size(*track, rung);
-        stream.texture.emplace(std::move(texture));
-        stream.texture_slot = rung.slot;
-        stream.texture_width = int(size.width);
-        stream.texture_height = int(size.height);
+        stream.texture_track = *track;
+        for (std::size_t r = 0; r < rung_count(*track); ++r) {
+            const protocol::Rung& rung = protocol::texture_rung(*track, r);
+            const protocol::Rung::Size size = protocol::texture_size(*track, rung);
+            stream.texture_rungs.push_back({rung.slot, int(size.width), int(size.height), double(rung.bits_per_second)});
+        }
+        stream.first_texture_rung = first_rung(*track, choice, 0, {});
+        MIEN_CHECK(stream.use_texture_rung(stream.first_texture_rung));
     } else {
         for (const protocol::BlobInfo& blob : source.catalogue().blobs) {
             if (blob.kind != protocol::BlobKind::texture) continue;
@@ -84,6 +146,9 @@ Result<StreamModel> open_stream_model(const net::StreamSource& source, bool with
         stream.sound_slot = base_rung(*track).slot;
         stream.sample_rate = int(std::get<protocol::SoundInfo>(track->info).sample_rate);
     }
+    std::uint64_t others = stream.slots();
+    if (!stream.texture_rungs.empty()) others &= ~bit(stream.texture_rungs[stream.first_texture_rung].slot);
+    stream.other_bits_per_second = bits_of(header, others);
     return stream;
 }
 

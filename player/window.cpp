@@ -76,6 +76,13 @@ std::string clock_text(double seconds) {
     return fmt::format("{}:{:02d}", whole / 60, whole % 60);
 }
 
+/// "texture 2 of 3, 512 x 512, 240 kbit/s, auto"
+std::string rung_text(const StreamModel& stream, std::size_t rung, bool automatic) {
+    const StreamModel::TextureRung& r = stream.texture_rungs[rung];
+    return fmt::format("texture {} of {}, {} x {}{}{}", rung + 1, stream.texture_rungs.size(), r.width, r.height,
+                       r.bits_per_second > 0 ? fmt::format(", {:.0f} kbit/s", r.bits_per_second / 1000) : "", automatic ? ", auto" : "");
+}
+
 class PlayerWindow {
 public:
     PlayerWindow(const Options& options, double process_start);
@@ -89,6 +96,9 @@ private:
     void key(int key, double now);
     void character(unsigned code, double now);
     void say(std::string text, double now) { message_ = std::move(text), message_until_ = now + kMessageSeconds; }
+    void set_speed(double speed, double now);
+    void change_rung(int by, double now);
+    void say_rung(double now);
     void toggle_full_screen();
     void screenshot(double now);
     Overlay::Content content(double now);
@@ -114,6 +124,7 @@ private:
     double message_until_ = 0, last_input_ = -1e9, mouse_x_ = 0, mouse_y_ = 0;
     double counted_since_ = 0, shown_per_second_ = 0, draw_seconds_ = 0;
     int counted_ = 0;
+    std::size_t shown_rung_ = 0;
     int windowed_[4] = {0, 0, 640, 720};
 };
 
@@ -167,6 +178,7 @@ PlayerWindow::PlayerWindow(const Options& options, double process_start) : optio
     glfwGetWindowContentScale(window, &scale, &other);
     overlay_.emplace(window, scale);
     statistics_.renderer = render::renderer_name();
+    if (options.full_screen) toggle_full_screen();
     if (!options.input.empty()) open(options.input);
 }
 
@@ -202,12 +214,18 @@ void PlayerWindow::poll_opening(double now) {
     face_ = std::make_unique<FaceView>(*opened.session->stream);
     glfwSetWindowTitle(window_.get(), fmt::format("{}{} - mien", opened.session->source->header().name, opened.session->stream->live ? " (live)" : "").c_str());
     playback_ = std::make_unique<Playback>(std::move(*opened.session), std::move(opened.sound), options_.loop);
-    if (options_.time > 0) playback_->seek(now, options_.time);
+    // What was chosen for one stream holds for the next that is dropped here, but for its start.
+    playback_->set_rate(now, options_.speed);
+    playback_->set_volume(options_.volume);
+    if (options_.muted) playback_->toggle_mute();
+    if (const double start = std::exchange(options_.time, 0); start > 0) playback_->seek(now, start);
+    if (std::exchange(options_.paused, false) && !playback_->live()) playback_->toggle_pause(now);
 }
 
 void PlayerWindow::key(int key, double now) {
     last_input_ = now;
     dirty_ = true;
+    if (key == GLFW_KEY_F1) show_help_ = !show_help_;
     if (key == GLFW_KEY_ESCAPE && glfwGetWindowMonitor(window_.get())) return toggle_full_screen();
     if (!playback_) return;
     if (playback_->live() && key != GLFW_KEY_SPACE) {
@@ -221,7 +239,7 @@ void PlayerWindow::key(int key, double now) {
         case GLFW_KEY_UP: return playback_->seek_by(now, 60);
         case GLFW_KEY_DOWN: return playback_->seek_by(now, -60);
         case GLFW_KEY_HOME: return playback_->seek(now, 0);
-        case GLFW_KEY_BACKSPACE: playback_->set_rate(now, 1); return say("speed 1", now);
+        case GLFW_KEY_BACKSPACE: return set_speed(1, now);
         default: return;
     }
 }
@@ -232,6 +250,7 @@ void PlayerWindow::character(unsigned code, double now) {
         case 'q': return glfwSetWindowShouldClose(window_.get(), GLFW_TRUE);
         case 'f': return toggle_full_screen();
         case 'i': show_statistics_ = !show_statistics_; return;
+        case 'h':
         case '?': show_help_ = !show_help_; return;
         default: break;
     }
@@ -239,13 +258,31 @@ void PlayerWindow::character(unsigned code, double now) {
     switch (code) {
         case '.': return playback_->step(now, 1);
         case ',': return playback_->step(now, -1);
-        case '[':
-        case ']':
+        case 'p': return playback_->toggle_pause(now);
+        case '[': return set_speed(playback_->rate() / 1.1, now);
+        case ']': return set_speed(playback_->rate() * 1.1, now);
+        case '{': return set_speed(playback_->rate() / 2, now);
+        case '}': return set_speed(playback_->rate() * 2, now);
+        case 'l':
             if (playback_->live()) return;
-            playback_->set_rate(now, playback_->rate() * (code == '[' ? 1 / 1.1 : 1.1));
-            return say(fmt::format("speed {:.2f}", playback_->rate()), now);
+            playback_->toggle_loop();
+            options_.loop = playback_->loops();
+            return say(options_.loop ? "loop on" : "loop off", now);
+        case '9':
+        case '0':
+            playback_->set_volume(playback_->volume() + (code == '9' ? -0.05 : 0.05));
+            options_.volume = playback_->volume();
+            return say(playback_->has_sound() ? fmt::format("volume {:.0f} %", 100 * options_.volume) : "no sound", now);
+        case '-':
+        case '+':
+        case '=':   // the same key without shift on many keyboards
+            return change_rung(code == '-' ? -1 : 1, now);
+        case 'a':
+            playback_->follow_line(now);
+            return say_rung(now);
         case 'm':
             playback_->toggle_mute();
+            options_.muted = playback_->muted();
             return say(!playback_->has_sound() ? "no sound" : playback_->muted() ? "muted" : "sound on", now);
         case 's': return screenshot(now);
         case 'w': look_.wireframe = !look_.wireframe; return;
@@ -256,6 +293,25 @@ void PlayerWindow::character(unsigned code, double now) {
         const std::string_view name = toggle_layer(look_, int(code - '0'));
         say(fmt::format("{} {}", name, layer_on(look_, int(code - '0')) ? "on" : "off"), now);
     }
+}
+
+void PlayerWindow::set_speed(double speed, double now) {
+    if (playback_->live()) return;
+    playback_->set_rate(now, speed);
+    options_.speed = playback_->rate();
+    say(fmt::format("speed {:.2f}", options_.speed), now);
+}
+
+void PlayerWindow::change_rung(int by, double now) {
+    const std::size_t rung = playback_->rung(), count = playback_->session().stream->texture_rungs.size();
+    if (count > 0) playback_->set_rung(by < 0 ? rung - (rung > 0) : std::min(rung + 1, count - 1));
+    say_rung(now);
+}
+
+void PlayerWindow::say_rung(double now) {
+    const StreamModel& stream = *playback_->session().stream;
+    if (stream.texture_rungs.size() < 2) return say("one rung of texture only", now);
+    say(rung_text(stream, playback_->rung(), playback_->follows_line()), now);
 }
 
 void PlayerWindow::toggle_full_screen() {
@@ -296,11 +352,18 @@ std::vector<std::string> PlayerWindow::statistics_lines(double now) {
         fmt::format("received {:.1f} kB, model {:.1f} kB, {} blobs from cache", double(source.bytes) / 1e3,
                     double(source.blob_bytes) / 1e3, source.blobs_from_cache),
         fmt::format("motion {:.1f} kB, texture {:.1f} kB, sound {:.1f} kB", double(session.motion_bytes()) / 1e3,
-                    stream.texture ? double(decode.bytes_of(stream.texture_slot)) / 1e3 : 0.0,
+                    double(session.texture_bytes()) / 1e3,
                     stream.sound ? double(decode.bytes_of(stream.sound_slot)) / 1e3 : 0.0),
         fmt::format("{} points, {} components, damaged groups {}", stream.model.point_count(), stream.composed.size(),
                     decode.damaged_groups() + source.damaged_groups),
     };
+    if (!stream.texture_rungs.empty()) {
+        lines.push_back(rung_text(stream, playback_->rung(), playback_->follows_line()));
+        if (shown_rung_ != playback_->rung()) lines.back() += fmt::format("; {} still shown", shown_rung_ + 1);
+    }
+    if (session.networked && !stream.live)
+        lines.push_back(fmt::format("line {}, {:.1f} s ahead", source.line ? fmt::format("{:.2f} Mbit/s", *source.line / 1e6) : "not measured",
+                                    std::max(0.0, source.until - playback_->position(now))));
     if (source.round_trip > 0 || source.reconnects > 0)
         lines.push_back(fmt::format("round trip {:.1f} ms, reconnects {}", 1000 * source.round_trip, source.reconnects));
     if (const auto lead = playback_->sound_lead(now)) lines.push_back(fmt::format("sound {:+.0f} ms", 1000 * *lead));
@@ -364,6 +427,7 @@ int PlayerWindow::run() {
         if (playback_)
             if (const auto frame = playback_->tick(now)) {
                 face_->show(*frame);
+                shown_rung_ = frame->texture_rung;
                 fresh = true;
                 if (statistics_.frames++ == 0) statistics_.startup = now - process_start_;
                 ++counted_;

@@ -44,10 +44,10 @@ Result<Message> read_hello(ByteReader& in) {
         return Error{ErrorCode::bad_magic, "the other side does not speak mien"};
     const std::uint64_t version = in.varint();
     // What follows belongs to the other version.
-    if (in.ok() && version != kVersion)
+    if (in.ok() && version != kWireVersion)
         return Error{ErrorCode::unsupported_version,
-                     fmt::format("the other side speaks version {}, this program speaks version {}", version, kVersion)};
-    return finish(in, Hello{kVersion, in.text(kMaxName)});
+                     fmt::format("the other side speaks version {}, this program speaks version {}", version, kWireVersion)};
+    return finish(in, Hello{kWireVersion, in.text(kMaxName)});
 }
 
 Result<Message> read_streams(ByteReader& in) {

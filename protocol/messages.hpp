@@ -17,8 +17,10 @@
 /// and the body. docs/format.md gives the bytes of the messages a file is made of, docs/protocol.md those of the wire.
 namespace mien::protocol {
 
-/// Of files and wire alike. Other versions are refused by name.
+/// Of HEADER and the model manifest, in files and on the wire. Other versions are refused by name.
 inline constexpr std::uint32_t kVersion = 3;
+/// Of HELLO: what a viewer, a publisher and a server say to each other, and when. Likewise.
+inline constexpr std::uint32_t kWireVersion = 4;
 
 enum class MessageType : std::uint8_t {
     // What a stream is made of: in files and on the wire.
@@ -88,7 +90,7 @@ struct LiveBytes {
 
 /// The first message of either side.
 struct Hello {
-    std::uint32_t version = kVersion;
+    std::uint32_t version = kWireVersion;
     std::string software;          ///< "mien-play 0.1.0"; for logs only
 };
 struct ListStreams {};
@@ -134,7 +136,7 @@ struct Seek {
 struct SetRate {
     std::uint32_t rate = 1000;     ///< thousandths; 0: unpaced
 };
-/// Only these slots are sent, from the next group on: bit s is slot s.
+/// Only these slots are sent, from the next group on: bit s is slot s. May come any time after OPEN.
 struct Select {
     std::uint64_t slots = ~std::uint64_t(0);
 };

@@ -14,9 +14,13 @@
 #include "core/environment_error.hpp"
 #include "io/clip_folder.hpp"
 #include "io/frame_packet.hpp"
+#include "player/face_view.hpp"
 #include "player/session.hpp"
+#include "render/context.hpp"
+#include "render/target.hpp"
 
-/// How long a frame is under way: from the moment its packet of markers is sent to `mien live` to the moment a player has its coefficients, by one clock.
+/// How long a frame is under way: from the moment its packet of markers is sent to `mien live` to the moment a player has its coefficients, and to the moment
+/// its picture is finished, by one clock.
 namespace {
 
 using namespace mien;
@@ -44,7 +48,35 @@ private:
 
 double percentile(std::vector<double>& sorted, double p) { return sorted[std::min(sorted.size() - 1, std::size_t(p * double(sorted.size())))]; }
 
-Result<int> measure(const std::string& url, const std::string& folder, std::uint16_t port, double rate, double seconds) {
+void tell(const std::string& what, std::vector<double> delays) {
+    std::ranges::sort(delays);
+    fmt::print("{}: median {:.2f} ms, 90 % {:.2f}, 99 % {:.2f}, largest {:.2f}\n", what, percentile(delays, 0.5), percentile(delays, 0.9), percentile(delays, 0.99),
+               delays.back());
+}
+
+struct Size {
+    int width = 0, height = 0;
+};
+
+/// Draws frames as the player's window would, each picture finished before the next is begun.
+class Screen {
+public:
+    Screen(const player::StreamModel& stream, Size size) : size_(size), face_(stream), target_(size.width, size.height, render::live_smoothing()) {}
+    void draw(const player::PlayFrame& frame) {
+        face_.show(frame);
+        face_.draw(face_.framing(float(size_.width) / float(size_.height), render::View::front).camera(), {}, target_);
+        target_.wait();
+    }
+    std::string name() const { return fmt::format("{} x {}, {}", size_.width, size_.height, render::renderer_name()); }
+
+private:
+    Size size_;
+    render::OffscreenContext context_;
+    player::FaceView face_;
+    render::Target target_;
+};
+
+Result<int> measure(const std::string& url, const std::string& folder, std::uint16_t port, double rate, double seconds, std::optional<Size> size) {
     MIEN_TRY(loaded, io::load_clip(folder));
     if (!loaded.clip.markers) return Error{ErrorCode::missing, "the clip has no markers"};
     const PointSequence& markers = *loaded.clip.markers;
@@ -68,6 +100,12 @@ Result<int> measure(const std::string& url, const std::string& folder, std::uint
     }
     if (!first) return Error{ErrorCode::unavailable, "no frame came back: is mien live taking packets on this port and publishing there?"};
     const std::int64_t base = first->frame;
+    std::optional<Screen> screen;
+    if (size) {
+        screen.emplace(*session.stream, *size);
+        for (int i = 0; i < 3; ++i) screen->draw(*first);   // the first pictures also pay for compiling shaders
+        while (next(0.2)) {}
+    }
 
     const auto count = std::uint32_t(seconds * rate);
     std::vector<std::atomic<double>> sent(count + 1);
@@ -80,29 +118,40 @@ Result<int> measure(const std::string& url, const std::string& folder, std::uint
             socket.send(bytes);
         }
     });
-    std::vector<double> delays;
+    std::vector<double> delays, pictures;
+    player::PlayFrame shown;
     const double give_up = seconds_now() + seconds + 3;
     for (;;) {
-        const auto frame = session.decode->wait_pop([&] { return seconds_now() > give_up; });
+        auto frame = session.decode->wait_pop([&] { return seconds_now() > give_up; });
         if (!frame) break;
-        const std::int64_t sequence = frame->frame - base;
-        if (sequence < 1 || sequence > count) continue;
-        delays.push_back(1000 * (frame->decoded_at - sent[std::size_t(sequence)]));
-        if (sequence == count) break;
+        std::optional<std::size_t> newest;
+        for (; frame; frame = screen ? session.decode->pop() : std::nullopt) {   // who draws shows the newest
+            const std::int64_t sequence = frame->frame - base;
+            if (sequence < 1 || sequence > count) continue;
+            newest = std::size_t(sequence);
+            delays.push_back(1000 * (frame->decoded_at - sent[*newest]));
+            shown = std::move(*frame);
+        }
+        if (!newest) continue;
+        if (screen) {
+            screen->draw(shown);
+            pictures.push_back(1000 * (seconds_now() - sent[*newest]));
+        }
+        if (*newest == count) break;
     }
     sender.join();
     if (delays.empty()) return Error{ErrorCode::unavailable, "no frame came back"};
-    std::ranges::sort(delays);
-    fmt::print("{} of {} frames at {:g} Hz: median {:.2f} ms, 90 % {:.2f}, 99 % {:.2f}, largest {:.2f}\n", delays.size(), count, rate, percentile(delays, 0.5),
-               percentile(delays, 0.9), percentile(delays, 0.99), delays.back());
+    tell(fmt::format("{} of {} frames at {:g} Hz, to coefficients", delays.size(), count, rate), delays);
+    if (!pictures.empty()) tell(fmt::format("{} pictures of {}, to the finished picture", pictures.size(), screen->name()), pictures);
     return 0;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    CLI::App app("mien-live-delay: time from a packet of markers to the coefficients in a player. Start mien-serve --publish and mien live --udp PORT first.");
-    std::string url, clip;
+    CLI::App app("mien-live-delay: time from a packet of markers to the coefficients in a player, and to its picture. Start mien-serve --publish and mien live --udp PORT first.");
+    std::string url, clip, size_text;
+    std::optional<Size> size;
     std::uint16_t port = 0;
     double rate = 60, seconds = 30;
     app.add_option("url", url, "mien://HOST[:PORT]/NAME that mien live publishes")->required();
@@ -110,9 +159,18 @@ int main(int argc, char** argv) {
     app.add_option("--udp", port, "Port that mien live listens on")->required();
     app.add_option("--fps", rate, "Packets per second")->check(CLI::PositiveNumber)->capture_default_str();
     app.add_option("--seconds", seconds, "How long")->check(CLI::PositiveNumber)->capture_default_str();
+    app.add_option("--size", size_text, "WxH: draws what comes, without a window, and measures to the finished picture too")->check([&](const std::string& text) -> std::string {
+        Size wanted;
+        char rest = 0;
+        if (std::sscanf(text.c_str(), "%dx%d%c", &wanted.width, &wanted.height, &rest) != 2 || wanted.width < 16 || wanted.height < 16 || wanted.width > 8192 ||
+            wanted.height > 8192)
+            return "a size is WxH, each 16 to 8192, as in 640x360";
+        size = wanted;
+        return {};
+    });
     CLI11_PARSE(app, argc, argv);
     try {
-        const auto code = measure(url, clip, port, rate, seconds);
+        const auto code = measure(url, clip, port, rate, seconds, size);
         if (code.ok()) return *code;
         fmt::print(stderr, "mien-live-delay: {}\n", code.error().message);
     } catch (const EnvironmentError& error) {

@@ -114,6 +114,14 @@ done
 does "$mien" decode sounding.mien -o sounding-back
 does "$mien" check sounding-back
 does "$bin/mien-play" --headless sounding.mien -o sounding.png --size 64x64
+does "$bin/mien-play" --headless sounding.mien -o sounding.png --size 64x64 --start 0:00.05 --rung 0
+refuses "a time is" "$bin/mien-play" --headless sounding.mien -o x.png --start 1:75
+refuses "for the window" "$bin/mien-play" --headless sounding.mien -o x.png --pause
+refuses "for the window" "$bin/mien-play" --headless sounding.mien -o x.png --rung auto
+refuses "speed" "$bin/mien-play" sounding.mien --speed 40
+for key in "p pause" "9 0 volume" "l loop" "{ }" "- + rung" "F1 help"; do
+    "$bin/mien-play" --help | grep -qF -- "$key" || complain "mien-play --help does not list '$key'"
+done
 
 # Bad input.
 refuses "already" "$mien" encode clip -o vertices.mien

@@ -10,6 +10,8 @@ namespace mien::net::harness {
 
 namespace {
 
+constexpr int kLineBuffer = 16 << 10;   // of a line that may become slow: what it holds is late
+
 sockaddr_in loopback(std::uint16_t port) {
     sockaddr_in address{};
     address.sin_family = AF_INET;
@@ -18,8 +20,10 @@ sockaddr_in loopback(std::uint16_t port) {
     return address;
 }
 
-int connect_to(std::uint16_t port) {
+/// receive_buffer: bytes; 0: the system's choice.
+int connect_to(std::uint16_t port, int receive_buffer = 0) {
     const int s = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (receive_buffer) ::setsockopt(s, SOL_SOCKET, SO_RCVBUF, &receive_buffer, sizeof receive_buffer);
     const sockaddr_in address = loopback(port);
     if (::connect(s, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return s;
     ::close(s);
@@ -108,7 +112,7 @@ void Proxy::accept() {
         if (::poll(&waiting, 1, 10) <= 0) continue;
         const int client = ::accept(listener_, nullptr, nullptr);
         if (client < 0) continue;
-        const int server = refuse_ ? -1 : connect_to(target_);
+        const int server = refuse_ ? -1 : connect_to(target_, kLineBuffer);
         if (server < 0) {
             ::close(client);
             continue;
@@ -133,8 +137,11 @@ void Proxy::pump(int from, int to, bool from_server) {
             continue;
         }
         if (::poll(&waiting, 1, 10) <= 0) continue;
-        ssize_t got = ::recv(from, chunk, sizeof chunk, 0);
+        const std::uint64_t rate = from_server ? throttle_.load() : 0;
+        const std::size_t room = rate ? std::clamp<std::size_t>(rate / 50, 1, sizeof chunk) : sizeof chunk;
+        ssize_t got = ::recv(from, chunk, room, 0);
         if (got <= 0) break;
+        if (rate) std::this_thread::sleep_for(std::chrono::duration<double>(double(got) / double(rate)));
         if (most && passed + std::uint64_t(got) >= most) got = ssize_t(most - passed);
         if (!send_all(to, ByteView(chunk, std::size_t(got)))) break;
         passed += std::uint64_t(got);

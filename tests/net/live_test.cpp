@@ -85,7 +85,7 @@ void expect_frames(const std::vector<protocol::LiveObject>& objects, std::int64_
 
 /// HELLO and PUBLISH by hand; the answer to the latter.
 std::optional<protocol::Message> offer(RawSocket& socket, const std::string& name) {
-    EXPECT_TRUE(socket.send(protocol::Hello{protocol::kVersion, "test"}));
+    EXPECT_TRUE(socket.send(protocol::Hello{protocol::kWireVersion, "test"}));
     EXPECT_TRUE(socket.send(protocol::Publish{name}));
     EXPECT_TRUE(std::holds_alternative<protocol::Hello>(*socket.receive()));
     const Stream stream = live_stream();
@@ -287,7 +287,7 @@ TEST(Live, AGarbagePublisherIsToldAndHarmsNobody) {
     // A header of a recording, and one whose basis is nowhere.
     for (const bool recording : {true, false}) {
         RawSocket socket(served.server->port());
-        socket.send(protocol::Hello{protocol::kVersion, "test"});
+        socket.send(protocol::Hello{protocol::kWireVersion, "test"});
         socket.send(protocol::Publish{"front"});
         socket.receive();
         Stream wrong = stream;
@@ -314,7 +314,7 @@ TEST(Live, ASlowViewerSkipsToANewGroupAndMemoryIsBounded) {
     Sender sender(served);
     ASSERT_TRUE(sender.publisher->wait_ready(kPatience).ok());
     RawSocket slow(served.server->port());
-    slow.send(protocol::Hello{protocol::kVersion, "slow"});
+    slow.send(protocol::Hello{protocol::kWireVersion, "slow"});
     slow.send(protocol::Open{"face"});
     slow.send(protocol::Play{7, 0, 1000});
     Client quick(served.url("face"), unpaced());
@@ -376,6 +376,98 @@ TEST(Live, AViewerWhoseConnectionBreaksGetsNothingTwice) {
     sender.send(1);
     expect_frames(take(client, 1), 3, 3);   // frames 0 to 2 came again and were dropped
     EXPECT_EQ(client.statistics().objects, 4u);
+}
+
+/// A server whose port outlives it.
+class Restarted {
+public:
+    Restarted() { start(); }
+    void start() {
+        ServerOptions options = publishing();
+        options.folder = folder_.path();
+        options.port = port_;
+        server_.emplace(options);
+        server_->start();
+        port_ = server_->port();
+    }
+    void stop() { server_.reset(); }
+    Url url() const { return {"127.0.0.1", port_, "face"}; }
+
+private:
+    Folder folder_;
+    std::uint16_t port_ = 0;
+    std::optional<Server> server_;
+};
+
+TEST(Live, AViewerOutlivesItsServerAndItsPublisher) {
+    Restarted server;
+    std::optional<Sender> sender(std::in_place, server.url());
+    ASSERT_TRUE(sender->publisher->wait_ready(kPatience).ok());
+    Client client(server.url(), unpaced());
+    ASSERT_TRUE(client.wait_ready(kPatience).ok());
+    sender->send(1);
+    expect_frames(take(client, 1), 0, 0);
+    sender->send(7);
+    expect_frames(take(client, 7), 1, 1);
+
+    server.stop();
+    ASSERT_TRUE(wait_until([&] { return client.status().state == SourceState::reconnecting; }));
+    sender.reset();
+    server.start();
+    // Nobody publishes yet: the viewer is told so, and waits.
+    ASSERT_TRUE(wait_until([&] { return client.status().reason.find("no stream") != std::string::npos; })) << client.status().reason;
+    EXPECT_EQ(client.status().state, SourceState::reconnecting);
+    sender.emplace(server.url());
+    ASSERT_TRUE(sender->publisher->wait_ready(kPatience).ok());
+    sender->send(3);
+    const auto objects = take(client, 3);
+    ASSERT_EQ(objects.size(), 3u) << client.status().reason;
+    expect_frames(objects, 0, 0);   // another server counts anew
+    EXPECT_EQ(client.status().state, SourceState::playing);
+    EXPECT_EQ(client.statistics().blobs_fetched, live_stream().blobs.size());
+}
+
+TEST(Live, AViewerOutlivesAServerThatItsPublisherOutlivesToo) {
+    Restarted server;
+    Sender sender(server.url());
+    ASSERT_TRUE(sender.publisher->wait_ready(kPatience).ok());
+    Client client(server.url(), unpaced());
+    ASSERT_TRUE(client.wait_ready(kPatience).ok());
+    sender.send(1);
+    expect_frames(take(client, 1), 0, 0);
+    sender.send(4);
+    expect_frames(take(client, 4), 1, 1);
+    server.stop();
+    ASSERT_TRUE(wait_until([&] { return client.status().state == SourceState::reconnecting; }));
+    server.start();
+    ASSERT_TRUE(wait_until([&] { return sender.publisher->statistics().reconnects > 0 && sender.publisher->status().state == SourceState::playing; }));
+    sender.send(5);
+    const auto objects = take(client, 1);
+    ASSERT_EQ(objects.size(), 1u) << client.status().reason;
+    EXPECT_GE(objects[0].first_time, 5);
+    EXPECT_EQ(client.status().state, SourceState::playing);
+}
+
+TEST(Live, AnotherTakeUnderTheSameNumbersIsNotMistakenForWhatWasHad) {
+    Restarted server;
+    std::optional<Sender> sender(std::in_place, server.url());
+    ASSERT_TRUE(sender->publisher->wait_ready(kPatience).ok());
+    Client client(server.url(), unpaced());
+    ASSERT_TRUE(client.wait_ready(kPatience).ok());
+    sender->send(1);
+    expect_frames(take(client, 1), 0, 0);
+    sender->send(3);
+    expect_frames(take(client, 3), 1, 1);
+    server.stop();
+    sender.reset();
+    server.start();
+    sender.emplace(server.url());
+    ASSERT_TRUE(sender->publisher->wait_ready(kPatience).ok());
+    sender->send(4, 31);
+    const auto objects = take(client, 4);
+    ASSERT_EQ(objects.size(), 4u) << client.status().reason;
+    expect_frames(objects, 0, 0);
+    EXPECT_EQ(objects[0].object.bytes.size(), 31u);
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ struct Opened {
         stream = std::make_unique<StreamModel>(std::move(*model));
     }
     bool is_visual(const protocol::Group& group) const {
-        return group.slot == stream->motion_slots.front() || (stream->texture && group.slot == stream->texture_slot);
+        return group.slot == stream->motion_slots.front() || stream->texture_rung_of(group.slot);
     }
 };
 
@@ -46,7 +46,7 @@ TEST(StreamModel, TakesTheRungOfTextureThatIsAskedFor) {
     TemporaryFolder folder;
     auto source = net::open_source(store(*encoded, folder));
     ASSERT_TRUE(source.ok() && (*source)->wait_ready(std::chrono::seconds(5)).ok());
-    const auto slot = [&](const TextureChoice& choice) { return open_stream_model(**source, false, 64, choice)->texture_slot - first; };
+    const auto slot = [&](const TextureChoice& choice) { return int(open_stream_model(**source, false, 64, choice)->first_texture_rung); };
     EXPECT_EQ(slot({}), 2);
     EXPECT_EQ(slot({.rung = 0, .kbps = {}}), 0);
     EXPECT_EQ(slot({.rung = 1, .kbps = {}}), 1);
@@ -147,7 +147,7 @@ TEST(GroupDecoder, AGroupWithoutItsTextureIsLeftOut) {
     GroupDecoder decoder(*opened.stream);
     decoder.restart(0);
     for (const auto& group : opened.encoded.groups)
-        if (opened.is_visual(group) && !(group.group == 1 && group.slot == opened.stream->texture_slot)) decoder.add(group);
+        if (opened.is_visual(group) && !(group.group == 1 && group.slot == opened.stream->texture_rungs[0].slot)) decoder.add(group);
     decoder.finish();
     std::vector<std::int64_t> expected = range(0, 5);
     for (const std::int64_t f : range(10, kFrames)) expected.push_back(f);

@@ -59,13 +59,23 @@ protected:
         if (!made.ok()) throw std::runtime_error(made.error().message);
         encoded_ = std::move(*made);
         encoded_.header.frames = 0;
+        start_server(0);
+        publish();
+    }
+    void start_server(std::uint16_t port) {
         net::ServerOptions serving;
         serving.folder = folder_.path();
-        serving.port = 0;
+        serving.port = port;
         serving.publish = true;
         server_ = std::make_unique<net::Server>(serving);
         server_->start();
-        publish();
+    }
+    /// Another one on its port; our publisher goes with the old one.
+    void restart_server() {
+        const std::uint16_t port = server_->port();
+        server_.reset();
+        publisher_.reset();
+        start_server(port);
     }
     net::Url url() const { return {"127.0.0.1", server_->port(), "ball"}; }
     void publish() {
@@ -83,6 +93,8 @@ protected:
     void open(double delay = 0) {
         SessionOptions options;
         options.delay = delay;
+        options.source.first_backoff = 10ms;
+        options.source.last_backoff = 100ms;
         auto session = open_session(net::to_string(url()), options);
         ASSERT_TRUE(session.ok()) << session.error().message;
         playback_ = std::make_unique<Playback>(std::move(*session), nullptr, false);
@@ -165,6 +177,23 @@ TEST_F(LivePlayback, ADamagedObjectCostsItsGroupAndNoMore) {
     const auto shown = shown_until(7);
     EXPECT_EQ(shown.back(), 7);
     EXPECT_EQ(playback_->session().decode->damaged_groups(), 1u);
+}
+
+TEST_F(LivePlayback, GoesOnWhenItsServerHasBeenStartedAgain) {
+    open();
+    send(0, 7);
+    EXPECT_EQ(shown_until(6).back(), 6);
+    const net::StreamSource& source = *playback_->session().source;
+    restart_server();
+    publish();   // a new publisher of a new server counts from 0 again
+    tick_until([&](const auto&) { return source.status().state == net::SourceState::playing; });
+    send(0, 4);
+    const auto shown = shown_until(3);
+    ASSERT_FALSE(shown.empty()) << source.status().reason;
+    EXPECT_EQ(shown.back(), 3);
+    EXPECT_FALSE(playback_->ended());
+    EXPECT_EQ(playback_->session().decode->damaged_groups(), 0u);
+    EXPECT_GE(source.statistics().reconnects, 1u);
 }
 
 }  // namespace

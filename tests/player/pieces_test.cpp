@@ -7,6 +7,7 @@
 #include "core/environment_error.hpp"
 #include "player/contact_sheet.hpp"
 #include "player/label.hpp"
+#include "player/options.hpp"
 #include "player/screenshot.hpp"
 #include "player/sound_track.hpp"
 #include "player/statistics.hpp"
@@ -15,6 +16,17 @@
 
 namespace mien::player {
 namespace {
+
+TEST(ParseTime, ReadsWhatPeopleWrite) {
+    const std::pair<const char*, double> good[] = {{"90", 90}, {"1.5", 1.5}, {"1:30", 90}, {"0:01:30.5", 90.5}, {"2:00:00", 7200}, {"90:00", 5400}, {"0", 0}};
+    for (const auto& [text, seconds] : good) {
+        const auto time = parse_time(text);
+        ASSERT_TRUE(time.ok()) << text;
+        EXPECT_DOUBLE_EQ(*time, seconds) << text;
+    }
+    for (const char* text : {"", "-1", "1:60", "1:2:3:4", "a", "1.5:00", "1:", ":1", "inf", "nan", "1e3", " 1", "99999999"})
+        EXPECT_FALSE(parse_time(text).ok()) << text;
+}
 
 TEST(Screenshot, NeverTakesANameThatExists) {
     const TemporaryFolder folder;

@@ -339,11 +339,11 @@ TEST(Messages, PublishAndItsAnswer) {
 }
 
 TEST(Messages, HelloAndBye) {
-    expect_bytes(Hello{kVersion, "mp"}, literal({
+    expect_bytes(Hello{kWireVersion, "mp"}, literal({
         0x20,                // type HELLO
         0x08,                // length 8
         'm', 'i', 'e', 'n',  // magic
-        0x03,                // version 3
+        0x04,                // version 4
         0x02, 'm', 'p',      // software
     }));
     expect_bytes(Bye{}, literal({
@@ -473,7 +473,7 @@ TEST(Messages, Manifest) {
 }
 
 TEST(Messages, OtherVersionsAreRefusedByName) {
-    Bytes hello = encode(Hello{kVersion, "x"});
+    Bytes hello = encode(Hello{kWireVersion, "x"});
     hello[6] = std::byte{77};
     const auto parsed = parse_message(hello);
     ASSERT_FALSE(parsed.ok());
@@ -498,7 +498,7 @@ TEST(Messages, EveryByteOfEveryKindMayBeWrong) {
     const Stream stream = make_tiny_stream();
     std::vector<Bytes> messages = {encode(stream.header), encode(Catalogue{{{counting_hash(1), BlobKind::eyes, 7}}}),
                                    encode(protocol::Index{{{0, 0, 0, 1, 100, 50}, {1, 0, 3, 2, 150, 9}}}), encode(Trailer{77}),
-                                   encode(GroupStart{1, 2, 3, 4}), encode(Hello{kVersion, "abc"}),
+                                   encode(GroupStart{1, 2, 3, 4}), encode(Hello{kWireVersion, "abc"}),
                                    encode(StreamList{{{"a", {30, 1}, 300, false}}}), encode(Want{{counting_hash(3)}}),
                                    encode(Play{1, 2, 3}), encode(Failure{FailureCode::protocol, "why"})};
     for (const StaticBlob& blob : stream.blobs) messages.push_back(encode(blob));

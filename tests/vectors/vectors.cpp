@@ -73,7 +73,7 @@ Bytes make_conversation() {
         const Bytes bytes = encode(message);
         all.insert(all.end(), bytes.begin(), bytes.end());
     };
-    say(Hello{kVersion, "mien-play"});
+    say(Hello{kWireVersion, "mien-play"});
     say(ListStreams{});
     say(Open{"sample"});
     say(Want{{stream.blobs[0].hash, stream.blobs[2].hash}});
@@ -85,7 +85,7 @@ Bytes make_conversation() {
     say(Select{0b011});
     say(Pause{false});
     say(Bye{});
-    say(Hello{kVersion, "mien-serve"});
+    say(Hello{kWireVersion, "mien-serve"});
     say(StreamList{{{"sample", {30, 1}, 60, false}, {"studio", {60000, 1001}, 0, true}}});
     say(stream.header);
     say(Catalogue{{{stream.blobs[0].hash, stream.blobs[0].kind, stream.blobs[0].bytes.size()}}});
