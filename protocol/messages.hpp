@@ -18,7 +18,7 @@
 namespace mien::protocol {
 
 /// Of files and wire alike. Other versions are refused by name.
-inline constexpr std::uint32_t kVersion = 3;
+inline constexpr std::uint32_t kVersion = 4;
 
 enum class MessageType : std::uint8_t {
     // What a stream is made of: in files and on the wire.
