@@ -12,6 +12,11 @@ namespace mien::coding {
 struct Binarisation {
     static constexpr int kBins = 24;      ///< 0 zero flag, 1..13 class, 14..23 first bit below the top one, by class
     static constexpr int kMaxClass = 26;  ///< |v| < 2^27
+    /// A quantiser that is shifted by half a step is far less often zero, so models may keep the first decisions of its numbers apart.
+    static constexpr int kShiftedBins = 4;
+    static constexpr int shifted_bin(int bin) {
+        return bin == 0 ? kBins : bin == class_bin(0) ? kBins + 1 : bin == class_bin(1) ? kBins + 2 : bin == first_bit_bin(1) ? kBins + 3 : bin;
+    }
     static constexpr std::int32_t kMaxMagnitude = (1 << 27) - 1;
 
     static constexpr int class_bin(int cls) { return 1 + (cls < 12 ? cls : 12); }

@@ -8,8 +8,6 @@
 namespace mien::coding {
 namespace {
 
-constexpr int kBins = Binarisation::kBins;
-
 // Rounded to integers, these do not depend on the last digits of anyone's exp or log: the test measures how far every
 // entry is from a tie.
 struct Tables {
@@ -54,26 +52,27 @@ void AdaptiveBit::update(int bit, int limit) {
     if (n < limit) ++n;
 }
 
-IntegerModel::IntegerModel(std::span<const int> context_counts, int mixer_sets, int sign_contexts, int limit)
-    : inputs_(int(context_counts.size())), limit_(limit), counts_(context_counts.begin(), context_counts.end()) {
+IntegerModel::IntegerModel(std::span<const int> context_counts, int mixer_sets, int sign_contexts, int limit, int bins)
+    : inputs_(int(context_counts.size())), limit_(limit), bins_(std::size_t(bins)), counts_(context_counts.begin(), context_counts.end()) {
     assert(inputs_ <= kMaxInputs && limit < kRates);
     std::size_t total = 0;
     for (int count : counts_) {
         first_.push_back(total);
-        total += std::size_t(count) * kBins;
+        total += std::size_t(count) * bins_;
     }
     bits_.resize(total);
     signs_.resize(std::size_t(sign_contexts));
-    weights_.assign(std::size_t(mixer_sets) * kBins * std::size_t(inputs_), 65536 * 4 / (inputs_ * 3));
+    weights_.assign(std::size_t(mixer_sets) * bins_ * std::size_t(inputs_), 65536 * 4 / (inputs_ * 3));
 }
 
 IntegerModel::Mixed IntegerModel::predict(int bin, const Contexts& contexts) const {
+    assert(std::size_t(bin) < bins_);
     Mixed mixed;
-    mixed.weights = (std::size_t(contexts.mixer) * kBins + std::size_t(bin)) * std::size_t(inputs_);
+    mixed.weights = (std::size_t(contexts.mixer) * bins_ + std::size_t(bin)) * std::size_t(inputs_);
     std::int64_t sum = 0;
     for (std::size_t i = 0; i < std::size_t(inputs_); ++i) {
         assert(contexts.input[i] >= 0 && contexts.input[i] < counts_[i]);
-        mixed.at[i] = std::uint32_t(first_[i] + std::size_t(contexts.input[i]) * kBins + std::size_t(bin));
+        mixed.at[i] = std::uint32_t(first_[i] + std::size_t(contexts.input[i]) * bins_ + std::size_t(bin));
         mixed.logits[i] = logit(bits_[mixed.at[i]].p);
         sum += std::int64_t(weights_[mixed.weights + i]) * mixed.logits[i];
     }
@@ -85,6 +84,7 @@ void IntegerModel::learn(const Mixed& mixed, int bit) {
     const std::int64_t error = (bit ? 65536 : 0) - std::int64_t(mixed.p);
     for (std::size_t i = 0; i < std::size_t(inputs_); ++i) {
         std::int32_t& weight = weights_[mixed.weights + i];
+        if (trying_) learnt_.push_back({mixed.at[i], std::uint32_t(mixed.weights + i), weight, bits_[mixed.at[i]], bit != 0});
         const std::int64_t moved = weight + (error * mixed.logits[i] * 5 >> 16);
         weight = std::int32_t(std::clamp<std::int64_t>(moved, -(1 << 20), 1 << 20));
         if (!seen_.empty()) ++seen_[std::size_t(mixed.at[i]) * 2 + std::size_t(bit)];
@@ -92,10 +92,22 @@ void IntegerModel::learn(const Mixed& mixed, int bit) {
     }
 }
 
+void IntegerModel::take_back() {
+    for (std::size_t i = learnt_.size(); i-- > 0;) {
+        const Learnt& learnt = learnt_[i];
+        weights_[learnt.weight_at] = learnt.weight;
+        bits_[learnt.at] = learnt.bit;
+        if (!seen_.empty()) --seen_[std::size_t(learnt.at) * 2 + std::size_t(learnt.set)];
+    }
+    learnt_.clear();
+    signs_ = signs_before_;
+    trying_ = false;
+}
+
 double IntegerModel::cost(std::int32_t value, const Contexts& contexts) const {
     CostCoder coder;
     code_integer(
-        coder, value, [&](int& bit, int bin) { coder.code(bit, predict(bin, contexts).p); },
+        coder, value, [&](int& bit, int bin) { coder.code(bit, predict(contexts.shifted ? Binarisation::shifted_bin(bin) : bin, contexts).p); },
         [&](int& bit) { coder.code(bit, bounded(signs_[std::size_t(contexts.sign)].p)); });
     return coder.bits();
 }

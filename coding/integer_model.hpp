@@ -38,12 +38,15 @@ public:
     static constexpr int kMaxInputs = 7;
 
     /// context_counts: how many values each context takes. mixer_sets: values of the context that selects mixer weights.
-    IntegerModel(std::span<const int> context_counts, int mixer_sets, int sign_contexts, int limit);
+    /// bins: Binarisation::kBins, and kShiftedBins more where contexts may say `shifted`.
+    IntegerModel(std::span<const int> context_counts, int mixer_sets, int sign_contexts, int limit, int bins = Binarisation::kBins);
 
     struct Contexts {
         std::array<int, kMaxInputs> input{};
         int mixer = 0;
         int sign = 0;
+        bool shifted = false;   ///< the number is one of a quantiser that is shifted by half a step
+        bool operator==(const Contexts&) const = default;
     };
 
     template <class Coder>
@@ -51,7 +54,7 @@ public:
         code_integer(
             coder, value,
             [&](int& bit, int bin) {
-                const Mixed mixed = predict(bin, contexts);
+                const Mixed mixed = predict(contexts.shifted ? Binarisation::shifted_bin(bin) : bin, contexts);
                 coder.code(bit, mixed.p);
                 learn(mixed, bit);
             },
@@ -69,10 +72,17 @@ public:
     /// Bits that `value` would cost now; nothing is learnt.
     double cost(std::int32_t value, const Contexts& contexts) const;
 
+    /// From here on what is learnt is also kept in mind, until take_back() undoes it: for an encoder that tries things.
+    void begin_trial() {
+        trying_ = true;
+        signs_before_ = signs_;
+    }
+    void take_back();
+
     /// All adaptive state, in a fixed order, so that a start can be stored.
     std::span<AdaptiveBit> bits() { return bits_; }        ///< input-major, then context, then bin
     std::span<AdaptiveBit> signs() { return signs_; }
-    std::span<std::int32_t> weights() { return weights_; }  ///< mixer sets x kBins x inputs, 1 = 65536
+    std::span<std::int32_t> weights() { return weights_; }  ///< mixer sets x bins x inputs, 1 = 65536
     int inputs() const { return inputs_; }
     /// Zeros and ones seen per entry of bits() since start_counting(): for training a start.
     void start_counting() { seen_.assign(bits_.size() * 2, 0); }
@@ -90,12 +100,22 @@ private:
 
     int inputs_ = 0;
     int limit_;
+    std::size_t bins_;
     std::vector<int> counts_;
     std::vector<std::size_t> first_;  ///< of each input in bits_
     std::vector<AdaptiveBit> bits_;
     std::vector<AdaptiveBit> signs_;
     std::vector<std::int32_t> weights_;
     std::vector<std::uint32_t> seen_;
+    struct Learnt {
+        std::uint32_t at, weight_at;
+        std::int32_t weight;
+        AdaptiveBit bit;
+        bool set;
+    };
+    bool trying_ = false;
+    std::vector<Learnt> learnt_;         ///< during a trial
+    std::vector<AdaptiveBit> signs_before_;
 };
 
 /// 0, 1, 2, 3-4, 5-8, 9-16, ...: magnitudes in `levels` steps.

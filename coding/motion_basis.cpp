@@ -20,25 +20,26 @@ Error damaged(const char* what) { return {ErrorCode::damaged, std::string("motio
 bool sane(float v) { return std::isfinite(v) && v > 0 && v < 1e9f; }
 
 template <class Coder>
-void code_start(Coder& coder, MotionStart& start, std::size_t entries, std::size_t weights) {
-    constexpr std::size_t kBins = Binarisation::kBins;
+void code_start(Coder& coder, MotionStart& start, const MotionChannels& layout) {
+    constexpr std::size_t kMost = Binarisation::kBins + Binarisation::kShiftedBins;
+    const std::size_t bins = layout.bins(), entries = layout.model_entries(), weights = layout.model_weights();
     std::array<AdaptiveBit, 4> any;
-    std::array<AdaptiveBit, 2 * kBins> present;
-    const std::array<int, 1> counts{int(kBins)};
-    IntegerModel levels(counts, 1, int(kBins), 60);
-    std::array<std::int32_t, kBins> usual{};
+    std::array<AdaptiveBit, 2 * kMost> present;
+    const std::array<int, 1> counts{int(bins)};
+    IntegerModel levels(counts, 1, int(bins), 60);
+    std::array<std::int32_t, kMost> usual{};
     std::vector<MotionStart::Chance> out;
     std::size_t next = 0;
     int before = 0;
-    for (std::size_t context = 0; context < entries / kBins && !coder.failed(); ++context) {
-        const std::size_t begin = context * kBins;
-        const bool has = next < start.chances.size() && start.chances[next].at < begin + kBins;
+    for (std::size_t context = 0; context < entries / bins && !coder.failed(); ++context) {
+        const std::size_t begin = context * bins;
+        const bool has = next < start.chances.size() && start.chances[next].at < begin + bins;
         int bit = has;
         any[std::size_t(before)].code(coder, bit);
         before = (before << 1 | bit) & 3;
         if (!bit) continue;
         int last = 1;
-        for (std::size_t bin = 0; bin < kBins; ++bin) {
+        for (std::size_t bin = 0; bin < bins; ++bin) {
             int here = next < start.chances.size() && start.chances[next].at == begin + bin;
             present[bin * 2 + std::size_t(last)].code(coder, here);
             last = here;
@@ -114,7 +115,7 @@ MotionBasis refining(const MotionBasis& below) {
 BasisBytes write_motion_basis(const MotionBasis& basis, const MotionShape& shape, const PointOrder& order) {
     ByteWriter out;
     out.u8(std::uint8_t(basis.scheme));
-    const MotionChannels layout(shape, basis.size(), basis.shared);
+    const MotionChannels layout(shape, basis);
     MotionStart start = basis.start;
 
     Bytes probabilities;
@@ -124,7 +125,7 @@ BasisBytes write_motion_basis(const MotionBasis& basis, const MotionShape& shape
         probabilities = coder.finish();
     } else if (!start.chances.empty() || !start.weights.empty()) {
         RangeEncoder coder;
-        code_start(coder, start, layout.model_entries(), layout.model_weights());
+        code_start(coder, start, layout);
         probabilities = coder.finish();
     }
     out.varint(probabilities.size());
@@ -274,7 +275,7 @@ Result<MotionBasis> read_motion_basis(const MotionShape& shape, ByteView bytes, 
     }
     if (!in.ok()) return Error{ErrorCode::truncated, "the motion basis ends inside its head"};
 
-    const MotionChannels layout(shape, std::uint32_t(k), basis.shared);
+    const MotionChannels layout(shape, basis);
     if (basis.scheme == MotionScheme::guenter98) {
         RangeDecoder coder(probabilities);
         basis.static_codes.resize(std::size_t(channels) + std::size_t(k) + 1);
@@ -286,7 +287,7 @@ Result<MotionBasis> read_motion_basis(const MotionShape& shape, ByteView bytes, 
     } else if (!probabilities.empty() || (flags & kHasWeights)) {
         RangeDecoder coder(probabilities);
         if (flags & kHasWeights) basis.start.weights.assign(1, 0);
-        code_start(coder, basis.start, layout.model_entries(), layout.model_weights());
+        code_start(coder, basis.start, layout);
         if (!coder.complete()) return damaged("the starting probabilities do not end where they should");
     }
 

@@ -9,6 +9,14 @@ std::uint32_t fine_magnitude_of(int level) {
     return level < 2 ? std::uint32_t(4 * level) : ((level & 1) ? 7u : 5u) << (level / 2);
 }
 
+// Of a number below 2^32: the square root, rounded down.
+std::uint64_t root(std::uint64_t square) {
+    std::uint64_t found = 0;
+    for (std::uint64_t bit = 1u << 15; bit > 0; bit >>= 1)
+        if ((found + bit) * (found + bit) <= square) found += bit;
+    return found;
+}
+
 // Chances of every decision for a two-sided geometric number of mean magnitude `mean` / 256.
 void expect(std::span<AdaptiveBit> bins, std::uint64_t mean) {
     constexpr int kConfidence = 5;
@@ -25,16 +33,23 @@ void expect(std::span<AdaptiveBit> bins, std::uint64_t mean) {
         set(Binarisation::first_bit_bin(cls + 1), 65536 * power / (65536 + power));
         power = power * power >> 16;
     }
+    if (bins.size() == Binarisation::kBins) return;
+    // Shifted by half a step: zero reaches to a quarter of a step, one to a whole one.
+    const std::uint64_t half = root(ratio << 16), quarter = root(half << 16);
+    set(Binarisation::shifted_bin(0), half);
+    set(Binarisation::shifted_bin(Binarisation::class_bin(0)), half * quarter >> 16);
+    set(Binarisation::shifted_bin(Binarisation::class_bin(1)), ratio * ratio >> 16);
+    set(Binarisation::shifted_bin(Binarisation::first_bit_bin(1)), 65536 * ratio / (65536 + ratio));
 }
 
 }  // namespace
 
 IntegerModel MotionChannels::make_model() const {
-    IntegerModel model(counts_, 1, 3, kLimit);
+    IntegerModel model(counts_, 1, 3, kLimit, int(bins()));
     std::span<AdaptiveBit> bits = model.bits();
     const auto next = [&] {
-        const auto here = bits.first(Binarisation::kBins);
-        bits = bits.subspan(Binarisation::kBins);
+        const auto here = bits.first(bins());
+        bits = bits.subspan(bins());
         return here;
     };
     for (int i = 0; i < kContexts[0]; ++i) next();

@@ -16,24 +16,27 @@ namespace mien::coding {
 /// the right eye, then of the left), then the components; and the contexts their numbers are coded in.
 class MotionChannels {
 public:
-    /// shared: so many components refine what the rung below has coded of them.
-    MotionChannels(const MotionShape& shape, std::uint32_t components, std::uint32_t shared = 0)
-        : side_(shape.side_channels()), total_(side_ + int(components)), shared_(side_ + int(shared)), gaze_only_(shape.gaze && !shape.pose) {
-        if (shared > 0) counts_.back() *= 2;
+    MotionChannels(const MotionShape& shape, const MotionBasis& basis)
+        : side_(shape.side_channels()), total_(basis.channels(shape)), shared_(side_ + int(basis.shared)), gaze_only_(shape.gaze && !shape.pose),
+          dependent_(basis.scheme == MotionScheme::causal) {
+        if (basis.shared > 0) counts_.back() *= 2;
     }
 
     int side() const { return side_; }
     int total() const { return total_; }
     bool refines(int channel) const { return channel >= side_ && channel < shared_; }
 
+    /// Decisions per context: numbers of QuantiserTrellis have some more.
+    std::size_t bins() const { return std::size_t(Binarisation::kBins + (dependent_ ? Binarisation::kShiftedBins : 0)); }
     /// A model that has learnt nothing, but expects numbers about as large as their neighbours.
     IntegerModel make_model() const;
     std::size_t model_entries() const {
         std::size_t entries = 0;
-        for (int count : counts_) entries += std::size_t(count) * Binarisation::kBins;
+        for (int count : counts_) entries += std::size_t(count) * bins();
         return entries;
     }
-    static constexpr std::size_t model_weights() { return Binarisation::kBins * kContexts.size(); }
+    std::size_t model_weights() const { return bins() * kInputs; }
+    static constexpr std::size_t kInputs = 6;
 
     /// Magnitudes of numbers coded before, and the sign of the last.
     struct Around {
@@ -67,7 +70,7 @@ public:
 
 private:
     static constexpr int kLimit = 200;
-    static constexpr std::array<int, 6> kContexts{64 * 8, 36 * 8, 8 * 8 * 3, 32 * 4, 64 * 4, 64 * 4};
+    static constexpr std::array<int, kInputs> kContexts{64 * 8, 36 * 8, 8 * 8 * 3, 32 * 4, 64 * 4, 64 * 4};
 
     static int fine_level(std::uint32_t m) {
         if (m < 2) return int(m);
@@ -76,8 +79,8 @@ private:
     }
 
     int side_, total_, shared_;
-    bool gaze_only_;
-    std::array<int, 6> counts_ = kContexts;
+    bool gaze_only_, dependent_;
+    std::array<int, kInputs> counts_ = kContexts;
 };
 
 }  // namespace mien::coding

@@ -3,7 +3,7 @@
 namespace mien::coding {
 
 MotionFrames::MotionFrames(const MotionBasis& basis, const MotionShape& shape)
-    : basis_(basis), shape_(shape), layout_(shape, basis.size(), basis.shared), start_(layout_.make_model()), model_(start_) {
+    : basis_(basis), shape_(shape), layout_(shape, basis), start_(layout_.make_model()), model_(start_) {
     const MotionStart& start = basis.start;
     for (const MotionStart::Chance& chance : start.chances) {
         AdaptiveBit& bit = start_.bits()[chance.at];

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "coding/motion_channels.hpp"
+#include "coding/quantiser_trellis.hpp"
 #include "coding/static_code.hpp"
 
 namespace mien::coding {
@@ -109,25 +110,44 @@ public:
         }
     }
 
-    /// causal: one frame of an object, all channels. decide(channel, prediction in sixteenths, contexts, model) -> residual in steps.
+    /// causal: what channel `channel` has coded around it: the numbers of the two channels before it in this frame, and the size of that
+    /// of the nearer one in the last frame.
+    struct Beside {
+        std::int32_t near = 0, far = 0;
+        std::uint32_t last = 0;
+    };
+    Contexts frame_contexts(int channel, std::uint32_t frame, const Beside& beside, bool shifted) const {
+        const auto magnitude = [](std::int32_t v) { return std::uint32_t(std::min(std::abs(v), 1 << 24)); };
+        const Past& past = past_[std::size_t(channel)];
+        MotionChannels::Around a;
+        a.last = past.residual[0];
+        a.before_last = past.residual[1];
+        a.sign = past.sign;
+        if (channel > layout_.side()) a.beside = magnitude(beside.near), a.beside_last = beside.last;
+        if (channel > layout_.side() + 1) a.beyond = magnitude(beside.far);
+        if (layout_.refines(channel)) a.below = magnitude(below_.numbers[std::size_t(channel - layout_.side())][frame]);
+        Contexts contexts = layout_.contexts(channel, int(std::min<std::uint32_t>(age_, 3)), a);
+        contexts.shifted = shifted;
+        return contexts;
+    }
+    /// causal: the sample of the next frame as the past has it, sixteenths.
+    std::int64_t predict(int channel) const;
+
+    /// causal: one frame of an object, all channels. decide(channel) -> number: an index of QuantiserTrellis, which runs over the channels.
     template <class Coder, class Decide>
     void code_frame(Coder& coder, Decide&& decide, std::uint32_t frame = 0, std::uint32_t frames = 1) {
+        int state = 0;
+        Beside beside;
         for (int c = 0; c < layout_.total() && !coder.failed(); ++c) {
             Past& past = past_[std::size_t(c)];
-            MotionChannels::Around a;
-            a.last = past.residual[0];
-            a.before_last = past.residual[1];
-            a.sign = past.sign;
-            if (c > layout_.side()) a.beside = past_[std::size_t(c - 1)].residual[0], a.beside_last = past_[std::size_t(c - 1)].residual[1];
-            if (c > layout_.side() + 1) a.beyond = past_[std::size_t(c - 2)].residual[0];
-            if (layout_.refines(c)) a.below = std::uint32_t(std::abs(below_.numbers[std::size_t(c - layout_.side())][frame]));
-            const Contexts contexts = layout_.contexts(c, int(std::min<std::uint32_t>(age_, 3)), a);
-            const std::int64_t prediction = predict(c);
-            std::int32_t residual = decide(c, prediction, contexts, model_);
+            const Contexts contexts = frame_contexts(c, frame, beside, QuantiserTrellis::shifted(state));
+            std::int32_t residual = decide(c);
             model_.code(coder, residual, contexts);
             numbers_[std::size_t(c) * frames + frame] = residual;
-            const std::int64_t sample = prediction + std::int64_t(residual) * MotionBasis::kFraction;
+            const std::int64_t sample = predict(c) + QuantiserTrellis::halves(state, residual) * (MotionBasis::kFraction / 2);
             if (std::abs(sample) > kMaxSample) return coder.fail();
+            state = QuantiserTrellis::next(state, residual);
+            beside = {residual, beside.near, past.residual[0]};
             past.residual[1] = past.residual[0];
             past.residual[0] = std::uint32_t(std::min(std::abs(residual), 1 << 24));
             past.sign = residual;
@@ -167,7 +187,7 @@ public:
         }
         for (std::uint32_t f = 0; f < frames && !coder.failed(); ++f) {
             if (basis_.scheme == MotionScheme::causal)
-                code_frame(coder, [&](int c, std::int64_t, const Contexts&, auto&) { return coder.enter(c < layout_.side()), 0; }, f, frames);
+                code_frame(coder, [&](int c) { return coder.enter(c < layout_.side()), 0; }, f, frames);
             else
                 code_guenter_frame(coder, [&](int c, std::int64_t) { return coder.enter(c < layout_.side()), 0; });
             store_frame(f, frames);
@@ -185,6 +205,9 @@ public:
     int split(int channel) const { return splits_[std::size_t(channel)]; }
     const MotionChannels& layout() const { return layout_; }
     IntegerModel& model() { return model_; }
+    const IntegerModel& model() const { return model_; }
+    /// causal: how large the last number of a channel was.
+    std::uint32_t last_size(int channel) const { return past_[std::size_t(channel)].residual[0]; }
     /// The coefficients of a channel of the current object, block after block.
     std::span<const std::int32_t> numbers(int channel, std::uint32_t frames) const {
         return {numbers_.data() + std::size_t(channel) * frames, frames};
@@ -209,17 +232,16 @@ public:
         std::array<std::uint32_t, 2> residual{};
         std::int32_t sign = 0;
     };
-    /// What code_frame() changes.
-    struct FrameState {
-        IntegerModel model;
-        std::vector<Past> past;
-        std::uint32_t age;
-    };
-    FrameState frame_state() const { return {model_, past_, age_}; }
-    void restore(const FrameState& state) {
-        model_ = state.model;
-        past_ = state.past;
-        age_ = state.age;
+    /// What the next code_frame() changes take_back_frame() undoes.
+    void try_frame() {
+        model_.begin_trial();
+        past_before_ = past_;
+        age_before_ = age_;
+    }
+    void take_back_frame() {
+        model_.take_back();
+        past_ = past_before_;
+        age_ = age_before_;
     }
 
 private:
@@ -239,7 +261,6 @@ private:
     static std::int32_t* row(std::vector<std::int32_t>& grid, int channel, std::uint32_t frames) {
         return grid.data() + std::size_t(channel) * frames;
     }
-    std::int64_t predict(int channel) const;
 
     const MotionBasis& basis_;
     MotionShape shape_;
@@ -255,8 +276,8 @@ private:
     std::vector<std::uint8_t> splits_;   ///< of the current object
     Below below_;
     std::vector<std::int64_t> samples_;
-    std::vector<Past> past_;
-    std::uint32_t age_ = 0;
+    std::vector<Past> past_, past_before_;
+    std::uint32_t age_ = 0, age_before_ = 0;
 };
 
 /// A range decoder that also knows what its bits were spent on.

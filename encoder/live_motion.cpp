@@ -10,7 +10,6 @@ namespace mien::encoder {
 
 namespace {
 
-using coding::IntegerModel;
 using coding::MotionBasis;
 using coding::MotionFrames;
 using protocol::MotionKind;
@@ -53,20 +52,11 @@ struct LiveMotion::State {
 
 // Pose and gaze by themselves first: what is left for the coefficients depends on how they decode.
 std::vector<std::int32_t> LiveMotion::State::settle_sides(const Eigen::VectorXd& targets, Eigen::VectorXd& decoded) {
-    std::vector<std::int32_t> numbers(std::size_t(targets.size()), 0);
-    decoded.resize(targets.size());
-    if (numbers.empty()) return numbers;
-    const MotionFrames::FrameState before = frames.frame_state();
-    Metered coder;
-    frames.code_frame(coder, [&](int c, std::int64_t prediction, const IntegerModel::Contexts& contexts, const IntegerModel& model) -> std::int32_t {
-        if (c >= targets.size()) return 0;
-        const double predicted = double(prediction) / MotionBasis::kFraction;
-        const std::int32_t v = decide(targets[c] - predicted, kSideSlope, [&](std::int32_t q) { return model.cost(q, contexts); });
-        decoded[c] = predicted + v;
-        return numbers[std::size_t(c)] = v;
-    });
-    frames.restore(before);
-    return numbers;
+    FrameCosts costs(frames);
+    FramePath path = choose_path(costs, int(targets.size()), kSideSlope, [&](int c) { return targets[c]; },
+                                 [](int) { return std::optional<std::int32_t>(); });
+    decoded = Eigen::Map<const Eigen::VectorXd>(path.decoded.data(), targets.size());
+    return path.numbers;
 }
 
 LiveMotion::LiveMotion(const TrainingTake& take, PointsRef reference, std::optional<float> step, std::span<const Triangle> triangles,
@@ -115,15 +105,12 @@ Result<protocol::Object> LiveMotion::encode(const MotionFrame& frame) {
         s.frames.code_presence(coder, 1, presence);
         s.figures.pose_bits += coder.take_bits();
     }
-    const double slope = packet_slope(s.frames, coder, kSlope, target, settled);
-    double bits = 0;
-    s.frames.code_frame(coder, [&](int c, std::int64_t prediction, const IntegerModel::Contexts& contexts, const IntegerModel& model) {
+    const FramePath path = choose_packet(s.frames, coder, kSlope, target, settled);
+    s.frames.code_frame(coder, [&](int c) {
         if (c == sides) s.figures.pose_bits += coder.take_bits();
-        const double wanted = target(c) - double(prediction) / MotionBasis::kFraction;
-        const auto given = settled(c);
-        return given ? *given : decide(wanted, slope, [&](std::int32_t v) { return model.cost(v, contexts); });
+        return path.numbers[std::size_t(c)];
     });
-    bits = coder.take_bits();
+    const double bits = coder.take_bits();
     (s.stored.size() > 0 ? s.figures.coefficient_bits : s.figures.pose_bits) += bits;
     s.frames.store_frame(0, 1);
     s.digest = coder.digest();

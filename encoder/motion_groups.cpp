@@ -100,10 +100,15 @@ struct GroupTask {
         store_object(group, first, n, coder);
     }
 
-    double best_lambda(MotionFrames& frames, const Metered& begun, std::int64_t at) const {
-        return packet_slope(frames, begun, options.lambda, [&](int c) { return targets(c, at); }, [&](int c) {
+    // The numbers of a causal frame.
+    std::vector<std::int32_t> numbers_of(MotionFrames& frames, const Metered& begun, std::int64_t at) const {
+        const auto target = [&](int c) { return targets(c, at); };
+        const auto given = [&](int c) {
             return settled(c) ? std::optional(options.settled->numbers[std::size_t(c)][std::size_t(at)]) : std::nullopt;
-        });
+        };
+        if (options.whole_bytes) return choose_packet(frames, begun, options.lambda, target, given).numbers;
+        FrameCosts costs(frames);
+        return choose_path(costs, frames.layout().total(), options.lambda, target, given).numbers;
     }
 
     void frame_group(std::int64_t group, MotionFrames& frames, std::vector<double>& bits) const {
@@ -116,37 +121,31 @@ struct GroupTask {
         if (!single) frames.begin_object(n);
         for (std::uint32_t f = 0; f < n; ++f) {
             const std::int64_t at = first + f;
-            double lambda = options.lambda;
+            std::vector<std::int32_t> chosen;
             if (single) {
                 coder = Metered();
                 write_presence(coder, frames, at, 1, bits);
                 frames.begin_object(1);
                 set_below(frames, group, at);
-                if (options.whole_bytes) lambda = best_lambda(frames, coder, at);
+                chosen = numbers_of(frames, coder, at);
             }
             int last = -1;
             const auto account = [&](int c) {
                 if (last >= 0) bits[std::size_t(last)] += coder.take_bits();
                 last = c;
             };
-            const auto wanted = [&](int c, std::int64_t prediction) {
-                return targets(c, at) - double(prediction) / MotionBasis::kFraction;
-            };
-            const auto keep = [&](int c, std::int32_t v) {
-                if (settled(c)) v = options.settled->numbers[std::size_t(c)][std::size_t(at)];
-                return out.numbers.numbers[std::size_t(c)][std::size_t(at)] = v;
-            };
+            const auto keep = [&](int c, std::int32_t v) { return out.numbers.numbers[std::size_t(c)][std::size_t(at)] = v; };
             if (single)
-                frames.code_frame(coder, [&](int c, std::int64_t prediction, const IntegerModel::Contexts& contexts,
-                                             const IntegerModel& model) {
+                frames.code_frame(coder, [&](int c) {
                     account(c);
-                    return keep(c, decide(wanted(c, prediction), lambda,
-                                          [&](std::int32_t v) { return model.cost(v, contexts); }));
+                    return keep(c, chosen[std::size_t(c)]);
                 });
             else
                 frames.code_guenter_frame(coder, [&](int c, std::int64_t prediction) {
                     account(c);
-                    return keep(c, decide(wanted(c, prediction), 0, [](std::int32_t) { return 0.0; }));
+                    if (settled(c)) return keep(c, options.settled->numbers[std::size_t(c)][std::size_t(at)]);
+                    const double wanted = targets(c, at) - double(prediction) / MotionBasis::kFraction;
+                    return keep(c, decide(wanted, 0, [](std::int32_t) { return 0.0; }));
                 });
             account(-1);
             frames.store_frame(single ? 0 : f, single ? 1 : n);
@@ -259,8 +258,7 @@ coding::MotionStart train_start(const CodedGroups& pass, std::int64_t groups, in
         start.chances.push_back({std::uint32_t(at), std::int8_t(level)});
     }
     if (!pass.weights.empty() && groups > 0) {
-        const std::size_t inputs = pass.weights.size() / coding::Binarisation::kBins;
-        const std::int64_t neutral = 65536 * 4 / std::int64_t(inputs * 3);
+        const std::int64_t neutral = 65536 * 4 / std::int64_t(coding::MotionChannels::kInputs * 3);
         start.weights.resize(pass.weights.size());
         for (std::size_t i = 0; i < pass.weights.size(); ++i) {
             const double mean = double(pass.weights[i]) / double(groups);

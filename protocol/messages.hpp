@@ -18,7 +18,7 @@
 namespace mien::protocol {
 
 /// Of HEADER and the model manifest, in files and on the wire. Other versions are refused by name.
-inline constexpr std::uint32_t kVersion = 3;
+inline constexpr std::uint32_t kVersion = 4;
 /// Of HELLO: what a viewer, a publisher and a server say to each other, and when. Likewise.
 inline constexpr std::uint32_t kWireVersion = 4;
 

@@ -68,7 +68,7 @@ TEST(Messages, Header) {
         0x01,                          // type HEADER
         0xcf, 0x01,                    // length 207
         'm', 'i', 'e', 'n',            // magic
-        0x03,                          // version 3
+        0x04,                          // version 4
         0xc6, 0xc1, 0x4b, 0x3c,        // CRC-32C of all that follows
         0x04, 'd', 'e', 'm', 'o',      // name
         0xb0, 0xea, 0x01, 0xe9, 0x07,  // frame rate 30000 / 1001
@@ -449,7 +449,7 @@ TEST(Messages, PingPongFailure) {
 TEST(Messages, Manifest) {
     const Manifest manifest{"ada", {{LayerKind::shape, {counting_hash(0x20), counting_hash(0x40)}}, {LayerKind::points, {}}}};
     const Bytes bytes = join({literal({
-        0x03,                 // version 3
+        0x04,                 // version 4
         0x03, 'a', 'd', 'a',  // actor
         0x02,                 // two layers
         0x01,                 // shape
