@@ -53,8 +53,8 @@ Played play(const std::string& file) {
             for (const PlayFrame& frame : groups.step()) {
                 EXPECT_TRUE(played.frames.emplace(frame.frame, hash_of(frame)).second) << "frame " << frame.frame << " came twice";
                 if (frame.texture) {
-                    EXPECT_EQ(frame.texture->picture.width, stream->texture_rungs[0].width);
-                    EXPECT_EQ(frame.texture->picture.height, stream->texture_height);
+                    EXPECT_EQ(frame.texture->picture.width, stream->texture_rungs[stream->first_texture_rung].width);
+                    EXPECT_EQ(frame.texture->picture.height, stream->texture_rungs[stream->first_texture_rung].height);
                 }
                 EXPECT_EQ(frame.motion.coefficients.size(), stream->composed.size());
                 EXPECT_TRUE(model::evaluate(stream->model, stream->composed, frame.motion).allFinite());
