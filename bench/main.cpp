@@ -10,6 +10,7 @@
 #include "bench/detail_views.hpp"
 #include "bench/geometry_codec.hpp"
 #include "bench/inputs.hpp"
+#include "bench/motion_run.hpp"
 #include "bench/picture_row.hpp"
 #include "bench/report_tables.hpp"
 #include "bench/short_clip.hpp"
@@ -33,7 +34,9 @@ struct Arguments {
     double high_pass = 4;
     bench::SuiteOptions suite;
     std::int64_t frames = 0;
-    bool smoke = false, quiet = false, list = false, no_geometry = false, no_timing = false, no_texture = false, no_views = false, synthesis = false;
+    bool smoke = false, quiet = false, list = false, no_geometry = false, no_timing = false, no_texture = false, no_views = false, synthesis = false, speed = false;
+    std::int64_t known = 1200;
+    std::string preset = "live";
     std::string ict, take, write, picture_row;
     std::int64_t picture_frame = 0;
     std::int64_t first = 600, count = 600, vertices = 11248;
@@ -142,6 +145,51 @@ int time_model(const Arguments& arguments) {
                    times->load, times->vertices, times->markers, times->compose, times->components, 1e3 * times->base_shape, 1e3 * times->deformation);
     }
     if (!arguments.json.empty()) bench::write_file(arguments.json, json.dump(2) + "\n");
+    return tools::kDone;
+}
+
+/// What training on a clip takes, and coding it when the basis is known.
+int time_codec(const Arguments& arguments) {
+    const Progress progress = tools::progress_bar(arguments.quiet);
+    const auto measure = [&]() -> Result<bench::MotionTimes> {
+        MIEN_TRY(loaded, io::load_clip(arguments.clips.front(), {.frame_rate = {}, .unit = {}, .progress = progress}));
+        const Clip clip = arguments.frames > 0 ? bench::first_frames(loaded.clip, arguments.frames) : std::move(loaded.clip);
+        MIEN_TRY(kind, bench::motion_kind(clip, arguments.suite.motion));
+        if (!kind) return Error{ErrorCode::missing, "clip '" + clip.name + "' has no motion"};
+        encoder::MotionOptions options;
+        options.kind = *kind;
+        options.preset = arguments.preset == "live" ? encoder::MotionPreset::live : encoder::MotionPreset::file;
+        options.rms = !arguments.suite.rms.empty() ? arguments.suite.rms.front() : *kind == protocol::MotionKind::weights ? 0.005 : 0.1;
+        options.group_frames = 0;
+        return bench::time_motion(clip, options, arguments.known, arguments.suite.timing_rounds, progress);
+    };
+    const auto times = measure();
+    if (!times.ok()) return complain(times.error().message);
+    tools::end_progress();
+    const double per_second = double(times->known_frames) / times->known;
+    if (!arguments.quiet)
+        fmt::print("training on {} frames of {} points: {:.2f} s with {} threads; {} components, RMS {:.4f}\n"
+                   "known basis, one thread: {:.0f} frames/s over {} frames, {:.3f} ms the median frame; {} bytes, RMS {:.4f}\n"
+                   "reading: {:.1f} ns a binary decision, {} decisions in {} bytes\n",
+                   times->frames, times->points, times->training, times->threads, times->components, times->rms, per_second, times->known_frames,
+                   1e3 * times->known_median, times->known_bytes, times->known_rms, 1e9 * times->decision, times->decisions, times->frame_bytes);
+    if (!arguments.json.empty()) {
+        const nlohmann::ordered_json json = {{"frames", times->frames},
+                                             {"points", times->points},
+                                             {"components", times->components},
+                                             {"threads", times->threads},
+                                             {"training_s", times->training},
+                                             {"rms", times->rms},
+                                             {"known_frames", times->known_frames},
+                                             {"known_frames_per_s", per_second},
+                                             {"known_median_ms", 1e3 * times->known_median},
+                                             {"known_bytes", times->known_bytes},
+                                             {"known_rms", times->known_rms},
+                                             {"decisions", times->decisions},
+                                             {"frame_bytes", times->frame_bytes},
+                                             {"decision_ns", 1e9 * times->decision}};
+        bench::write_file(arguments.json, json.dump(2) + "\n");
+    }
     return tools::kDone;
 }
 
@@ -282,6 +330,10 @@ int main(int argc, char** argv) {
     app.add_option("--sheet", a.sheet, "Picture of the frame that moves most, all layers side by side")->needs(model)->group("A trained model");
     app.add_flag("--synthesis", a.synthesis, "Without a clip: time a frame of the model on one core, beside reading its coefficients")->needs(model)->group("A trained model");
     app.add_option("--high-pass", a.high_pass, "As given to mien train, mm")->needs(model)->capture_default_str()->group("A trained model");
+    auto* speed = app.add_flag("--motion-speed", a.speed,
+                               "Instead: time training on the clip, coding frames with a known basis on one thread, and reading binary decisions")->group("Speed of the motion codec");
+    app.add_option("--known", a.known, "Frames coded with the known basis")->needs(speed)->capture_default_str()->check(CLI::PositiveNumber)->group("Speed of the motion codec");
+    app.add_option("--preset", a.preset, "Of the training: live or file")->needs(speed)->capture_default_str()->check(CLI::IsMember({"live", "file"}))->group("Speed of the motion codec");
     app.add_flag("--no-motion", a.no_geometry, "Leave out motion");
     app.add_flag("--no-timing", a.no_timing, "Leave out timing");
     app.add_flag("--no-texture", a.no_texture, "Leave out texture and views");
@@ -314,10 +366,11 @@ int main(int argc, char** argv) {
         if (!a.write.empty()) return write_ict(a);
         if (a.synthesis) return time_model(a);
         if (a.clips.empty() && !a.smoke) {
-            if (!a.json.empty()) return only_write_pages(a);
+            if (!a.json.empty() && !a.speed) return only_write_pages(a);
             fmt::print(stderr, "mien-bench: name a clip folder, a report to show (--json), or --smoke; --help says more\n");
             return tools::kMisused;
         }
+        if (a.speed && !a.clips.empty()) return time_codec(a);
         if (!a.model.empty()) return views_of_model(a);
 
         if (!a.picture_row.empty()) {

@@ -13,9 +13,6 @@
 #include "bench/timing.hpp"
 
 namespace mien::bench {
-namespace {
-
-constexpr double kWeightScale = 0.05;  // weight units that stand for a millimetre: 0.005 beside 0.1 mm
 
 Result<std::optional<protocol::MotionKind>> motion_kind(const Clip& clip, const std::string& asked) {
     using protocol::MotionKind;
@@ -31,6 +28,10 @@ Result<std::optional<protocol::MotionKind>> motion_kind(const Clip& clip, const 
     if (asked != "auto") return Error{ErrorCode::invalid, "motion is vertices, markers, weights or auto, not '" + asked + "'"};
     return Kind();
 }
+
+namespace {
+
+constexpr double kWeightScale = 0.05;  // weight units that stand for a millimetre: 0.005 beside 0.1 mm
 
 ClipFacts facts_of(const Clip& clip, const std::optional<protocol::MotionKind>& kind) {
     ClipFacts facts;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,10 @@ Result<void> run_clip(const Clip& clip, const SuiteOptions& options, Report& rep
 
 /// Forgets what other sources of this project measured of themselves, and timing runs with them.
 void drop_other_builds(Report& report);
+
+/// The motion of the clip that `asked` ("vertices", "markers", "weights", "auto": the first that there is) means; none: it has none. `missing` of what it
+/// has not, `invalid` of other words.
+Result<std::optional<protocol::MotionKind>> motion_kind(const Clip& clip, const std::string& asked);
 
 bool chosen(const std::vector<std::string>& beginnings, const std::string& name);  ///< true when there are none
 

@@ -49,6 +49,9 @@ refuses 2 "name a clip" "$bench"
 refuses 2 "nosuchoption" "$bench" --nosuchoption
 refuses 2 "rms" "$bench" --smoke --rms -1
 refuses 1 "nowhere" "$bench" nowhere
+refuses 1 "nowhere" "$bench" nowhere --motion-speed
+refuses 2 "known" "$bench" nowhere --known 10
+refuses 2 "a clip" "$bench" --json r.json --motion-speed
 refuses 1 "markers" "$bench" --smoke --motion markers
 refuses 1 "cannot write" "$bench" --smoke -q --no-texture --no-timing --codecs raw --csv /proc/nowhere/r.csv
 echo '{"format": "of another program"}' >other.json
