@@ -20,19 +20,33 @@ class PointWalk {
 public:
     using Vector = Eigen::Vector3d;   // the last coordinates of a weight are zero
 
-    PointWalk(const Eigen::MatrixXf& errors, Eigen::Index row, std::uint32_t coordinates, double step, double peak,
+    PointWalk(const Eigen::MatrixXf& errors, Eigen::Index row, std::uint32_t coordinates, double step, double peak, double price,
               const std::vector<std::uint8_t>& there)
-        : errors_(errors), row_(row), coordinates_(coordinates), step_(step), allowed_(peak * peak), there_(there) {}
+        : errors_(errors), row_(row), coordinates_(coordinates), step_(step), allowed_(peak * peak), price_(price), there_(there) {}
 
     /// found(frame, value) for every change in [first, end).
     template <class Found>
     void walk(std::int64_t first, std::int64_t end, bool look_ahead, Found&& found) const {
         Vector held = Vector::Zero();
-        for (std::int64_t t = first; t < end; ++t) {
-            if (fits(held, t)) continue;
-            const Vector next = look_ahead ? longest(t, end) : nearest(t);
+        double burden = 0;   // squared error that `held` has added of late
+        const auto change = [&](std::int64_t t, const Vector& next) {
             held = next * step_;
+            burden = 0;
             found(t, next);
+        };
+        for (std::int64_t t = first; t < end; ++t) {
+            if (!fits(held, t)) {
+                change(t, look_ahead ? longest(t, end) : nearest(t));
+            } else if (!held.isZero() && fits(Vector::Zero(), t)) {
+                if (look_ahead) {
+                    const auto [release, until] = best_release(held, t, end);
+                    if (release < until) change(release, Vector::Zero());
+                    t = std::min(release, until) - 1;
+                } else {
+                    burden = std::max(0.0, burden + added(held, t));
+                    if (burden > price_) change(t, Vector::Zero());
+                }
+            }
         }
     }
 
@@ -43,6 +57,26 @@ private:
         return e;
     }
     bool fits(const Vector& held, std::int64_t t) const { return !there_[std::size_t(t)] || (error(t) - held).squaredNorm() <= allowed_; }
+    /// Squared error that `held` adds at t.
+    double added(const Vector& held, std::int64_t t) const {
+        return there_[std::size_t(t)] ? (error(t) - held).squaredNorm() - error(t).squaredNorm() : 0;
+    }
+
+    /// From t on, while both fit: where going back to none saves most, and the end of these frames; twice that end where it does not pay.
+    std::pair<std::int64_t, std::int64_t> best_release(const Vector& held, std::int64_t t, std::int64_t end) const {
+        std::int64_t until = t;
+        while (until < end && fits(held, until) && fits(Vector::Zero(), until)) ++until;
+        // Where `held` alone stops to fit, this change comes anyway; where none does, it has to come back.
+        const double changes = until == end ? 1 : fits(Vector::Zero(), until) ? 0 : fits(held, until) ? 2 : 1;
+        double sum = 0, best = changes * price_;
+        std::int64_t release = until;
+        for (std::int64_t f = until; f-- > t;) {
+            sum += added(held, f);
+            if (sum > best) best = sum, release = f;
+        }
+        return {release, until};
+    }
+
     Vector nearest(std::int64_t t) const { return (error(t) / step_).array().round(); }
 
     // Of all values that fit at t the one that fits longest; of equals the one that fits best.
@@ -71,14 +105,14 @@ private:
     const Eigen::MatrixXf& errors_;
     Eigen::Index row_;
     std::uint32_t coordinates_;
-    double step_, allowed_;
+    double step_, allowed_, price_;
     const std::vector<std::uint8_t>& there_;
 };
 
 }  // namespace
 
 CorrectionPlan plan_corrections(const MotionMatrix& motion, const MotionBasis& basis, const CodedGroups& coded, const GroupPlan& plan,
-                                std::uint32_t coordinates, double peak, bool look_ahead) {
+                                std::uint32_t coordinates, double peak, double price, bool look_ahead) {
     const double allowed = 0.998 * peak;   // what floats may add on the way to the clip's space
     CorrectionPlan out;
     out.step = double(float((look_ahead ? kChosenStep : kNearestStep) * allowed));
@@ -114,7 +148,7 @@ CorrectionPlan plan_corrections(const MotionMatrix& motion, const MotionBasis& b
         errors.noalias() -= columns.middleRows(row, coordinates) * w;
         std::vector<std::uint8_t> there(static_cast<std::size_t>(frames));
         for (std::int64_t f = 0; f < frames; ++f) there[std::size_t(f)] = present(f, p);
-        const PointWalk point(errors, 0, coordinates, out.step, allowed, there);
+        const PointWalk point(errors, 0, coordinates, out.step, allowed, price, there);
         for (std::int64_t g = 0; g < plan.count(); ++g)
             point.walk(plan.first(g), plan.first(g) + plan.length(g), look_ahead, [&](std::int64_t f, const Eigen::Vector3d& value) {
                 Change change{.at = std::uint32_t(i), .value = {}};

@@ -182,7 +182,9 @@ MotionTrial MotionSearch::run(double step) {
 }
 
 void MotionSearch::correct(MotionTrial& trial, double peak) const {
-    CorrectionPlan plan = plan_corrections(task_.motion, trial.basis, trial.coded, task_.plan, task_.shape.coordinates, peak,
+    constexpr double kChangeBits = 12;   // about what a change costs
+    const double step = double(trial.basis.step);
+    CorrectionPlan plan = plan_corrections(task_.motion, trial.basis, trial.coded, task_.plan, task_.shape.coordinates, peak, kChangeBits * slope_ * step * step,
                                            task_.scheme != MotionScheme::causal);
     if (plan.points.empty()) return;
     const double before = trial.bits();
