@@ -45,15 +45,6 @@ TEST(RangeCoder, BringsBackEveryDecisionAndTheSameState) {
     }
 }
 
-TEST(RangeCoder, SpendsCloseToTheIdealLength) {
-    const auto list = decisions(7, 20000);
-    double ideal = 0;
-    for (const Decision& d : list) ideal += code_length(d.bit, d.set);
-    const double real = 8.0 * double(encode(list).size());
-    EXPECT_LT(real, ideal * 1.002 + 16);
-    EXPECT_GE(real, ideal - 16);
-}
-
 TEST(RangeCoder, CodesNothingInNoBytes) { EXPECT_TRUE(encode({}).empty()); }
 
 TEST(RangeCoder, CodesAFewLikelyDecisionsInOneByteAtMost) {
