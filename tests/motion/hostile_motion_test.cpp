@@ -168,7 +168,8 @@ TEST(HostileMotion, SpoiltBasesAndObjectsHoldNoMoreThanTheirBytes) {
             EXPECT_LE(numbers, coding::most_decisions(basis.size()));
             for (int other = 0; other < 4; ++other) {
                 decoder->begin_group();
-                const protocol::Object bad{.frames = other % 2 ? object.frames : std::uint32_t(1 + random() % 5000), .bytes = spoilt(object.bytes, random)};
+                const std::uint32_t frames = other % 2 ? object.frames : std::uint32_t(1 + random() % 5000);
+                const protocol::Object bad{.frames = frames, .bytes = spoilt(object.bytes, random)};
                 const auto motions = decoder->decode(bad, 0);
                 if (!motions.ok()) continue;
                 ++decoded;

@@ -126,6 +126,8 @@ TEST(LongStream, KeepsToTheMemoryOfItsFirstMinute) {
                 (long long)minutes, int(decoder->basis().size()), 8e-3 * double(written) / double(60 * minutes), figures.rms, double(heap) / 1e6,
                 double(heap_grown) / 1e6, double(in_memory) / 1e6, double(resident_grown) / 1e6);
     EXPECT_LT(figures.rms, 0.5);
+    EXPECT_GT(heap, 100'000) << "what measures the heap does not";
+    EXPECT_GT(in_memory, heap);
     EXPECT_GT(written, std::uint64_t(frames));
     // The file's index grows by an entry a group, and a vector may have room for twice as many.
     EXPECT_LT(heap_grown, 2 * std::int64_t(sizeof(protocol::IndexEntry)) * frames / kRate + 65536);

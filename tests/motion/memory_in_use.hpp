@@ -7,8 +7,14 @@
 #include <cstdint>
 #include <cstdio>
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
 #define MIEN_SANITIZER_HEAP 1
+#endif
+#elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define MIEN_SANITIZER_HEAP 1
+#endif
+#ifdef MIEN_SANITIZER_HEAP
 // Of <sanitizer/allocator_interface.h>, which GCC does not bring along everywhere.
 extern "C" std::size_t __sanitizer_get_current_allocated_bytes();
 #endif

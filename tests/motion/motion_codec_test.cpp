@@ -298,9 +298,11 @@ TEST(MotionCodec, IsTheSameForAnyThreadCount) {
         Case{"peak", &vertices, {.rms = 0.2, .peak = 0.5, .group_frames = 5}},
         Case{"rungs", &vertices, {.rms = 0.2, .rungs = 2, .group_frames = 5}},
         Case{"markers, file", &markers, {.kind = MotionKind::markers, .rms = 0.2, .group_frames = 5}},
-        Case{"markers, live, rungs", &markers, {.kind = MotionKind::markers, .preset = MotionPreset::live, .rms = 0.2, .rungs = 2, .group_frames = 5}},
+        Case{"markers, live, rungs", &markers,
+             {.kind = MotionKind::markers, .preset = MotionPreset::live, .rms = 0.2, .rungs = 2, .group_frames = 5}},
         Case{"weights, file", &weights, {.kind = MotionKind::weights, .rms = 0.005, .group_frames = 5}},
-        Case{"weights, live, peak", &weights, {.kind = MotionKind::weights, .preset = MotionPreset::live, .rms = {}, .peak = 0.02, .group_frames = 5}},
+        Case{"weights, live, peak", &weights,
+             {.kind = MotionKind::weights, .preset = MotionPreset::live, .rms = {}, .peak = 0.02, .group_frames = 5}},
     };
     for (const Case& c : cases) {
         Bytes one;
