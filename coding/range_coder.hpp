@@ -12,6 +12,14 @@ using Probability = std::uint32_t;
 inline constexpr int kProbabilityBits = 16;
 inline constexpr Probability kHalf = 1u << (kProbabilityBits - 1);
 
+/// No model of a motion stream gives a chance nearer to 0 or 65536 than this, whatever it has learnt or was told: static codes
+/// come nearest (logistic(-2048)), adaptive bits stop at 32 and mixed ones at 24.
+inline constexpr Probability kLeastChance = 22;
+/// The most decisions that a run of so many bytes can hold when all their chances keep to kLeastChance, and the most a RangeDecoder
+/// takes before failed() tells that its bytes are used up: a decision narrows the range by at least log2(65536 / (65536 - 22)) =
+/// 1 / 2065 bit, and 8 bits a byte, with 8 more for a range between 2^24 and 2^32, are all there are.
+constexpr std::uint64_t most_decisions(std::uint64_t bytes) { return 8 * 2065 * (bytes + 1) + 1; }
+
 /// A running digest of everything a coder has seen: equal on both sides after every object, or something has drifted.
 class StateDigest {
 public:

@@ -43,6 +43,9 @@ struct MotionRung {
             (shape.presence && n * shape.points > most) || n * stored.corrected.size() * shape.coordinates > most ||
             object.bytes.size() > protocol::kMaxObjectBytes)
             return Error{ErrorCode::limit_exceeded, "a motion object of " + std::to_string(n) + " frames"};
+        // Every number is a decision at least: a few bytes cannot make room for more of them than they can hold.
+        if (n * std::uint64_t(frames.layout().total()) > coding::most_decisions(object.bytes.size()))
+            return Error{ErrorCode::limit_exceeded, "a motion object of " + std::to_string(n) + " frames in " + std::to_string(object.bytes.size()) + " bytes"};
         return {};
     }
 

@@ -12,6 +12,9 @@
 namespace mien::decoder {
 
 /// Turns the objects of a motion rung, and of the rungs it refines, into motion. Not thread-safe; one per stream.
+/// Whatever the bytes are: a basis or an object of b bytes is given up after coding::most_decisions(b) decisions and those of one frame's
+/// presence, one block or 256 points; an object may announce no more numbers (channels x frames) than that, nor more than
+/// MotionFrames::kMaxSamples of numbers, presences or corrections, and a basis no more than MotionBasis::kMaxValues.
 class MotionDecoder {
 public:
     /// `bases`: the unpacked motion_basis blobs of the rungs, the one that stands alone first. Refuses those that do not fit `info`

@@ -6,11 +6,13 @@
 #include <map>
 
 #include "coding/motion_values.hpp"
+#include "core/parallel.hpp"
 #include "decoder/motion_decoder.hpp"
 #include "encoder/motion_encoder.hpp"
 #include "encoder/motion_groups.hpp"
 #include "encoder/reference_points.hpp"
 #include "motion_clips.hpp"
+#include "training_takes.hpp"
 
 /// Motion coded with a basis that was made of other frames.
 namespace mien {
@@ -42,32 +44,6 @@ struct Takes {
     Bytes basis;
 };
 
-TrainingTake take_of(const EncodedMotion& motion) {
-    TrainingTake take;
-    take.info = motion.info;
-    take.basis = *coding::read_motion_basis(take.shape(), motion.basis, {});
-    auto decoder = decoder::MotionDecoder::create(motion.info, motion.basis);
-    std::vector<Eigen::VectorXd> columns;
-    for (const auto& group : motion.groups) {
-        decoder->begin_group();
-        std::int64_t frame = group.first_time;
-        for (const auto& object : group.objects) {
-            const auto motions = decoder->decode(object, frame);
-            frame += object.frames;
-            for (const model::Motion& m : *motions) {
-                Eigen::VectorXd& column = columns.emplace_back(take.basis.channels(take.shape()));
-                int row = 0;
-                if (take.info.has_pose)
-                    for (const double v : coding::pose_steps(take.basis, m.pose)) column[row] = v - take.basis.side_mean[std::size_t(row)], ++row;
-                column.tail(m.coefficients.size()) = m.coefficients.cast<double>() / 16;
-            }
-        }
-    }
-    take.samples.resize(columns.front().size(), Eigen::Index(columns.size()));
-    for (std::size_t f = 0; f < columns.size(); ++f) take.samples.col(Eigen::Index(f)) = columns[f];
-    return take;
-}
-
 /// Encoding is the long part, so each kind is encoded once.
 const Takes& trained(bool nods, MotionPreset preset) {
     static std::map<std::pair<bool, MotionPreset>, Takes> all;
@@ -85,7 +61,7 @@ const Takes& trained(bool nods, MotionPreset preset) {
     options.reference = takes.reference;
     const auto encoded = encoder::encode_motion(training, options);
     EXPECT_TRUE(encoded.ok()) << encoded.error().message;
-    takes.take = take_of(*encoded);
+    takes.take = motion_test::take_of(*encoded);
     takes.basis = encoded->basis;
     return takes;
 }
@@ -183,6 +159,26 @@ TEST(LiveMotion, ABasisOfThePresetFileServesToo) {
         EXPECT_EQ(decoder->state_hash(), live.state_hash());
     }
     EXPECT_LT(live.figures().rms, 0.12);
+}
+
+TEST(LiveMotion, IsTheSameForAnyThreadCount) {
+    // A take of the preset file: predictors and starting chances are learnt when LiveMotion is made.
+    const Takes takes = make_takes(true, 0.05, MotionPreset::file);
+    Bytes one;
+    for (const int threads : {1, 2, 7}) {
+        set_thread_count(threads);
+        LiveMotion live(takes.take, takes.reference);
+        Bytes all = live.basis();
+        for (std::int64_t f = 0; f < 20; ++f) {
+            if (f % 8 == 0) live.begin_group();
+            const auto object = live.encode(frame_of(takes.others, f));
+            EXPECT_TRUE(object.ok());
+            all.insert(all.end(), object->bytes.begin(), object->bytes.end());
+        }
+        if (threads == 1) one = all;
+        EXPECT_EQ(all, one) << threads << " threads";
+    }
+    set_thread_count(0);
 }
 
 TEST(LiveMotion, MissingMarkersAreHeldByTheOthers) {
