@@ -7,12 +7,13 @@
 #include <cstdint>
 #include <cstdio>
 
-#if defined(__has_feature)
+// GCC's way and clang's; other headers may define __has_feature for compilers that lack it.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define MIEN_SANITIZER_HEAP 1
+#elif defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
 #define MIEN_SANITIZER_HEAP 1
 #endif
-#elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define MIEN_SANITIZER_HEAP 1
 #endif
 #ifdef MIEN_SANITIZER_HEAP
 // Of <sanitizer/allocator_interface.h>, which GCC does not bring along everywhere.
