@@ -10,7 +10,7 @@ MotionFrames::MotionFrames(const MotionBasis& basis, const MotionShape& shape)
         bit.p = std::uint16_t(logistic(chance.level * MotionStart::kLevelUnit));
         bit.n = start.confidence;
     }
-    for (std::size_t i = 0; i < start.weights.size(); ++i) start_.weights()[i] += start.weights[i] * 2048;
+    for (std::size_t i = 0; i < start.weights.size(); ++i) start_.weight(i) += start.weights[i] * 2048;
     begin_group();
 }
 

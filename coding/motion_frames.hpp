@@ -285,20 +285,32 @@ class MeteredDecoder {
 public:
     static constexpr bool kDecodes = true;
     explicit MeteredDecoder(ByteView bytes) : decoder_(bytes) {}
-    void code(int& bit, Probability set) {
-        decoder_.code(bit, set);
-        bits_[side_] += code_length(bit, set);
+    void code(int& bit, Probability set) { decoder_.code(bit, set); }
+    /// What follows is of the side channels, or is not.
+    void enter(bool side) {
+        if (side == side_) return;
+        settle();
+        side_ = side;
     }
-    void enter(bool side) { side_ = side; }
     void fail() { decoder_.fail(); }
     bool failed() const { return decoder_.failed(); }
     bool complete() const { return decoder_.complete(); }
     std::uint64_t digest() const { return decoder_.digest(); }
-    double bits(bool side) const { return bits_[side]; }
+    double bits(bool side) {
+        settle();
+        return bits_[side];
+    }
 
 private:
+    void settle() {
+        const double cost = decoder_.cost();
+        bits_[side_] += cost - settled_;
+        settled_ = cost;
+    }
+
     RangeDecoder decoder_;
     bool side_ = false;
+    double settled_ = 0;
     double bits_[2] = {0, 0};
 };
 

@@ -131,6 +131,8 @@ public:
     /// Nothing failed and every byte was used.
     bool complete() const { return !failed() && at_ >= bytes_.size(); }
     std::uint64_t digest() const { return digest_.value(); }
+    /// What all decisions so far have cost, bits.
+    double cost() const { return 8 * double(at_) - std::log2(double(range_)); }
 
 private:
     void next() {

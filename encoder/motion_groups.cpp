@@ -200,7 +200,8 @@ struct GroupTask {
         else frame_group(group, frames, bits);
         if (training) {
             training->seen.assign(frames.model().seen().begin(), frames.model().seen().end());
-            training->weights.assign(frames.model().weights().begin(), frames.model().weights().end());
+            coding::IntegerModel& model = frames.model();
+            for (std::size_t i = 0; i < model.weight_count(); ++i) training->weights.push_back(model.weight(i));
         }
     }
 };

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -59,6 +60,72 @@ TEST(IntegerModel, CostForeseesWhatCodingSpends) {
         CostCoder coder;
         model.code(coder, v, {});
         EXPECT_NEAR(foreseen, coder.bits(), 1e-6);
+    }
+}
+
+/// What IntegerModel does, written down as its definition has it, in 64 bits and without a thought for speed.
+struct PlainModel {
+    explicit PlainModel(std::span<const int> counts, int most) : limit(most), weights(Binarisation::kBins * counts.size(), 65536 * 4 / (int(counts.size()) * 3)) {
+        for (const int count : counts) chances.emplace_back(std::size_t(count) * Binarisation::kBins);
+    }
+    struct Chance {
+        std::int64_t p = 32768, n = 0;
+    };
+    Probability code(int bit, int bin, const IntegerModel::Contexts& contexts) {
+        std::int64_t sum = 0;
+        std::vector<std::int64_t> logits;
+        std::int64_t* weight = weights.data() + std::size_t(bin) * chances.size();
+        for (std::size_t i = 0; i < chances.size(); ++i) {
+            logits.push_back(logit(Probability(at(i, bin, contexts).p)));
+            sum += weight[i] * logits.back();
+        }
+        const std::int64_t p = std::clamp<std::int64_t>(logistic(int(std::clamp<std::int64_t>(sum >> 16, -kMaxLogit, kMaxLogit))), 24, 65536 - 24);
+        const std::int64_t error = (bit ? 65536 : 0) - p;
+        for (std::size_t i = 0; i < chances.size(); ++i) {
+            weight[i] = std::clamp<std::int64_t>(weight[i] + (error * logits[i] * 5 >> 16), -(1 << 20), 1 << 20);
+            Chance& chance = at(i, bin, contexts);
+            chance.p = std::clamp<std::int64_t>(chance.p + (((bit ? 65535 : 0) - chance.p) * (2 * 65536 / (2 * chance.n + 3)) >> 16), 1, 65535);
+            chance.n = std::min<std::int64_t>(chance.n + 1, limit);
+        }
+        return Probability(p);
+    }
+    Chance& at(std::size_t input, int bin, const IntegerModel::Contexts& contexts) {
+        return chances[input][std::size_t(contexts.input[input]) * Binarisation::kBins + std::size_t(bin)];
+    }
+    std::int64_t limit;
+    std::vector<std::vector<Chance>> chances;
+    std::vector<std::int64_t> weights;
+};
+
+/// Notes the chances it is given, and codes nothing.
+struct ChanceCoder {
+    static constexpr bool kDecodes = false;
+    void code(int&, Probability set) { last = set; }
+    bool failed() const { return false; }
+    void fail() {}
+    Probability last = 0;
+};
+
+TEST(IntegerModel, GivesTheChancesOfItsPlainDefinitionForAnyNumberOfInputs) {
+    for (int inputs = 1; inputs <= IntegerModel::kMaxInputs; ++inputs) {
+        const std::vector<int> counts(std::size_t(inputs), 5);
+        constexpr int limit = 1000;   // every rate there is
+        IntegerModel fast(counts, 1, 1, limit), scalar(counts, 1, 1, limit);
+        scalar.use_plain();
+        PlainModel plain(counts, limit);
+        std::mt19937 random{unsigned(inputs)};
+        ChanceCoder coder;
+        for (int i = 0; i < 30000; ++i) {
+            IntegerModel::Contexts contexts;
+            for (int c = 0; c < inputs; ++c) contexts.input[std::size_t(c)] = int(random() % 5);
+            // Long runs bring chances and weights to their ends.
+            int flag = i / 3000 % 2 ? int(random() % 64 == 0) : int(random() % 5) < contexts.input[0];
+            const Probability truth = plain.code(flag, 0, contexts);
+            for (IntegerModel* model : {&fast, &scalar}) {
+                model->code_flag(coder, flag, contexts);
+                ASSERT_EQ(coder.last, truth) << inputs << " inputs, decision " << i << (model == &scalar ? ", scalar" : "");
+            }
+        }
     }
 }
 
