@@ -63,10 +63,7 @@ public:
         if (next_ == ready_.size()) MIEN_CHECK(decode_object());
         const model::Motion& motion = ready_[next_++];
         if (motion.frame != frame) return Error{ErrorCode::damaged, "a motion frame is missing"};
-        Eigen::Map<Eigen::VectorXf> x(out.data(), still_.size());
-        x = still_;
-        x.noalias() += decoder_->basis().components * motion.coefficients;
-        for (const model::Correction& correction : motion.corrections) x[correction.at] += correction.offset;
+        model::motion_vector(decoder_->basis(), motion, still_, Eigen::Map<Eigen::VectorXf>(out.data(), still_.size()));
         if (info_.has_pose && info_.kind != MotionKind::weights)
             apply_pose(motion.pose, PointsMap(out.data(), still_.size() / 3, 3));
         return {};

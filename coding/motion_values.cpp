@@ -18,14 +18,22 @@ double length_of(std::span<const std::int32_t> vector) {
     return std::sqrt(sum);
 }
 
+std::vector<double> component_scales(const MotionBasis& basis) {
+    std::vector<double> scales;
+    for (const auto& vector : basis.components) {
+        const double length = length_of(vector);
+        scales.push_back(length > 0 ? double(basis.step) / MotionBasis::kFraction / length : 0);
+    }
+    return scales;
+}
+
 Eigen::MatrixXf components_of(const MotionBasis& basis) {
     Eigen::MatrixXf columns(Eigen::Index(basis.mean.size()), Eigen::Index(basis.size()));
+    const std::vector<double> scales = component_scales(basis);
     for (std::size_t j = 0; j < basis.components.size(); ++j) {
         const auto& vector = basis.components[j];
-        const double length = length_of(vector);
-        const double scale = length > 0 ? double(basis.step) / MotionBasis::kFraction / length : 0;
         float* column = columns.data() + j * vector.size();
-        for (std::size_t i = 0; i < vector.size(); ++i) column[i] = float(double(vector[i]) * scale);
+        for (std::size_t i = 0; i < vector.size(); ++i) column[i] = float(double(vector[i]) * scales[j]);
     }
     return columns;
 }

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <vector>
 
 #include "coding/motion_basis.hpp"
 #include "coding/motion_frames.hpp"
@@ -14,7 +15,9 @@ namespace mien::coding {
 /// d: mean of the motion vector.
 Eigen::VectorXf mean_of(const MotionBasis& basis);
 
-/// d x k: columns for coefficients that count sixteenths of a step.
+/// k: what an integer of each component counts for a coefficient that counts sixteenths of a step.
+std::vector<double> component_scales(const MotionBasis& basis);
+/// d x k: the components by their scales.
 Eigen::MatrixXf components_of(const MotionBasis& basis);
 
 /// What a coefficient of rung `low` counts in the columns of a rung `high` above it, which begin with the same vectors.

@@ -101,7 +101,9 @@ Result<MotionDecoder> MotionDecoder::create(const protocol::MotionInfo& info, st
         shape.pose = shape.gaze = shape.presence = false;   // those are the lowest rung's
     }
     if (state->rungs.empty()) return Error{ErrorCode::missing, "no motion basis"};
-    state->basis.components = coding::components_of(state->rungs.back()->stored);
+    const coding::MotionBasis& highest = state->rungs.back()->stored;
+    state->basis.components = coding::components_of(highest);
+    state->basis.packed = model::PackedColumns::pack(highest.components, coding::component_scales(highest));
     // Only lengths and steps matter from here on.
     for (auto& rung : state->rungs)
         for (auto& component : rung->stored.components) component = {};

@@ -5,13 +5,23 @@
 namespace mien::model {
 
 Eigen::VectorXf motion_vector(const LinearMotion& basis, const Motion& motion) {
-    Eigen::VectorXf x = basis.mean;
-    x.noalias() += basis.components * motion.coefficients;
-    for (const Correction& correction : motion.corrections) {
-        if (basis.spread.size() == 0) x[correction.at] += correction.offset;
-        else x += correction.offset * basis.spread.col(correction.at);
-    }
+    Eigen::VectorXf x(basis.dimension());
+    motion_vector(basis, motion, basis.mean, x);
     return x;
+}
+
+void motion_vector(const LinearMotion& basis, const Motion& motion, const Eigen::VectorXf& start, Eigen::Ref<Eigen::VectorXf> out) {
+    if (basis.packed.empty()) {
+        out = start;
+        out.noalias() += basis.components * motion.coefficients;
+    } else {
+        const auto numbers = [](const Eigen::VectorXf& v) { return std::span(v.data(), std::size_t(v.size())); };
+        basis.packed.sum(numbers(start), numbers(motion.coefficients), std::span(out.data(), std::size_t(out.size())));
+    }
+    for (const Correction& correction : motion.corrections) {
+        if (basis.spread.size() == 0) out[correction.at] += correction.offset;
+        else out += correction.offset * basis.spread.col(correction.at);
+    }
 }
 
 void merge_corrections(std::vector<Correction>& corrections, std::span<const Correction> more) {

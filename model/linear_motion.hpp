@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/geometry.hpp"
+#include "model/packed_columns.hpp"
 
 namespace mien::model {
 
@@ -20,6 +21,8 @@ struct LinearMotion {
     /// After model::compose, for corrections: what an entry of the motion vector adds to the offsets of the drawn points, 3V x d.
     /// Empty where these are the motion vector itself.
     Eigen::SparseMatrix<float> spread{};
+    /// `components` once more, as they were before they became floats: what motion_vector() adds up where there are any.
+    PackedColumns packed{};
 
     Eigen::Index dimension() const { return mean.size(); }
     Eigen::Index size() const { return components.cols(); }
@@ -44,6 +47,8 @@ struct Motion {
 
 /// mean + components * w + corrections: the motion vector; or, of a composed motion, the offsets of the drawn points.
 Eigen::VectorXf motion_vector(const LinearMotion& basis, const Motion& motion);
+/// The same added to `start` instead of `mean`, into `out`; both of d numbers.
+void motion_vector(const LinearMotion& basis, const Motion& motion, const Eigen::VectorXf& start, Eigen::Ref<Eigen::VectorXf> out);
 
 /// Adds `more` to `corrections`; entries stay ascending, each once.
 void merge_corrections(std::vector<Correction>& corrections, std::span<const Correction> more);
