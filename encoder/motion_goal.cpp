@@ -86,7 +86,11 @@ public:
     }
 
     Result<MotionAnswer> run() {
-        if (goal_.rms || goal_.kbps) meet();
+        if (goal_.rms || goal_.kbps) {
+            meet(false);
+            // With the number of components fixed where it happened to come near the goal, no step may keep it.
+            if (!best_) meet(true);
+        }
         if (goal_.peak) refine();
         if (!best_) return unmet();
         if (progress_) progress_("motion", kTrials, kTrials);
@@ -121,7 +125,7 @@ private:
         return out;
     }
 
-    void meet();
+    void meet(bool from_within);
     void refine();
     Error unmet() const;
 
@@ -137,21 +141,25 @@ private:
     double best_figure_ = 0;
 };
 
-// The largest step that keeps the asked RMS error, or the smallest at the asked rate.
-void StepSearch::meet() {
+// The largest step that keeps the asked RMS error, or the smallest at the asked rate. from_within: the number of components is
+// settled by a trial that keeps the goal, however far from it.
+void StepSearch::meet(bool from_within) {
+    search_.settle(false);
     const double value = goal_.rms ? *goal_.rms : *goal_.kbps;
     // Bits fall and errors grow with the step.
     const double direction = goal_.kbps ? -1 : 1;
     double step = step_, low = 0, high = 0, low_figure = 0, high_figure = 0;
     bool settled = false;
     for (int trial_number = 0; trial_number < kTrials; ++trial_number) {
-        const double got = attempt(step).figure;
+        const Outcome outcome = attempt(step);
+        const double got = outcome.figure;
         const bool meets = got <= value;
         const bool too_fine = direction > 0 ? meets : !meets;   // a larger step is allowed or needed
         if (too_fine) low = step, low_figure = got;
         else high = step, high_figure = got;
         if (best_ && best_figure_ > 0.996 * value) break;
-        if (!settled && (std::abs(std::log(std::max(1e-9, got) / value)) < 0.06 || trial_number + 1 == kLooseTrials)) {
+        const bool near = std::abs(std::log(std::max(1e-9, got) / value)) < 0.06 || trial_number + 1 == kLooseTrials;
+        if (!settled && (from_within ? outcome.meets : near)) {
             // How many components pay changes by leaps: near the goal their number stays and the search begins anew.
             search_.settle();
             settled = true;
