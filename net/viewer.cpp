@@ -295,16 +295,12 @@ asio::awaitable<void> Viewer::write_messages() {
             const Bytes message = *std::exchange(last_, {});
             if (co_await send(message)) wire_.finish_sending();  // the reader closes when the viewer has
             co_return;
-        } else if (!wanted_.empty()) {
-            const Hash hash = wanted_.front();
-            wanted_.pop_front();
-            going = co_await send_blob(hash);
         } else if (playing_ && live_) {
             going = co_await play_live();
         } else if (playing_) {
             going = co_await play_on();
         } else {
-            co_await wait({});
+            going = co_await rest({});
         }
         if (!going || closed_) co_return;
     }
@@ -349,10 +345,7 @@ asio::awaitable<bool> Viewer::play_on() {
         co_return co_await send(message);
     }
     if (!next) {
-        if (std::exchange(ended_, true)) {
-            co_await wait({});
-            co_return true;
-        }
+        if (std::exchange(ended_, true)) co_return co_await rest({});
         const Bytes message = protocol::encode(protocol::End{stream->header().frames});
         co_return co_await send(message);
     }
@@ -362,8 +355,7 @@ asio::awaitable<bool> Viewer::play_on() {
         if (early > 0 || (paused_ && rate_ == 0)) {
             std::optional<Clock::duration> longest;
             if (!paused_) longest = seconds_of(early / rate_);
-            co_await wait(longest);
-            co_return true;
+            co_return co_await rest(longest);
         }
     }
     walk_->pop();
@@ -377,6 +369,16 @@ asio::awaitable<bool> Viewer::play_on() {
     }
     ++shared_.groups_sent;
     co_return co_await send(*message);
+}
+
+asio::awaitable<bool> Viewer::rest(std::optional<Clock::duration> longest) {
+    if (wanted_.empty()) {
+        co_await wait(longest);
+        co_return true;
+    }
+    const Hash hash = wanted_.front();
+    wanted_.pop_front();
+    co_return co_await send_blob(hash);
 }
 
 asio::awaitable<void> Viewer::wait(std::optional<Clock::duration> longest) {

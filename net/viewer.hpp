@@ -64,9 +64,11 @@ private:
 
     asio::awaitable<bool> send(ByteView message);
     asio::awaitable<bool> send_blob(Hash hash);
-    /// Sends the next thing play asks for: PLAYING, a group, END; or waits until there is something.
+    /// Sends the next thing play asks for: PLAYING, a group, END; or, when nothing is due, rests.
     asio::awaitable<bool> play_on();
     asio::awaitable<bool> play_live();
+    /// Sends the next static blob that is wanted; without one waits until something is asked for, or `longest` has passed.
+    asio::awaitable<bool> rest(std::optional<Clock::duration> longest);
     asio::awaitable<void> wait(std::optional<Clock::duration> longest);
 
     void reply(const protocol::Message& message);
