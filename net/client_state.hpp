@@ -37,7 +37,15 @@ struct Client::State {
     LineMeter meter;
     std::optional<std::uint32_t> serving;  ///< generation that the server now answers
     protocol::FetchOrder order;            ///< of the catalogue's blobs
-    std::optional<Hash> refining;          ///< the refinement that was asked for on this connection and has not come: never more than one
+    /// A refinement that comes in parts, so that no group waits for more than one of them; what has come of it outlives a connection.
+    struct Refining {
+        Hash hash;
+        std::uint64_t total = 0;           ///< bytes of its BLOB message, once a part has come
+        Bytes message;                     ///< the first of them
+        bool resumed = false;              ///< they came over several connections
+    };
+    std::optional<Refining> refining;
+    bool part_due = false;                 ///< a part of `refining` was asked for on this connection and has not come: never more than one
 
     /// What the player asked for; `sent` fields follow it on the io thread.
     struct Wish {
@@ -91,8 +99,9 @@ struct Client::State {
     void take_fetched(protocol::StaticBlob blob);
     void keep(const Hash& hash, Bytes bytes, std::uint64_t SourceStatistics::* count);
     const Hash* missing_refinement() const;   ///< the next one that is wanted; null: none
-    void ask_for_refinement(Connection& c);
-    void take_refinement(Connection& c, Result<protocol::Message> message);
+    void ask_for_part(Connection& c);
+    void take_part(Connection& c, Result<protocol::Message> message);
+    void refine_anew(Connection& c, std::string why);
     void stop_refining(std::string why);
     asio::awaitable<Lost> receive(ConnectionPtr c);
     asio::awaitable<void> write(ConnectionPtr c);

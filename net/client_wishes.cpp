@@ -30,7 +30,9 @@ void Client::State::begin_play(Connection& c) {
     c.send(protocol::Play{sent.generation, microseconds(sent.seek), thousandths(sent.rate)});
     if (sent.paused) c.send(protocol::Pause{true});
     c.streaming = true;
-    ask_for_refinement(c);
+    part_due = false;
+    if (refining) refining->resumed = !refining->message.empty();
+    ask_for_part(c);
 }
 
 void Client::State::send_wishes(Connection& c) {

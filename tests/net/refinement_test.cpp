@@ -65,17 +65,27 @@ TEST(Refinement, WaitsForGroupsThatAreDue) {
     ASSERT_TRUE(socket.send(protocol::Hello{protocol::kWireVersion, "test"}));
     ASSERT_TRUE(socket.send(protocol::Open{"take"}));
     ASSERT_TRUE(socket.send(protocol::Play{0, 0, 1000}));
-    ASSERT_TRUE(socket.send(protocol::Want{{refinements[0].hash}}));
+    ASSERT_TRUE(socket.send(protocol::WantPart{refinements[0].hash, 4000, 9000}));
+    ASSERT_TRUE(socket.send(protocol::Want{{refinements[1].hash}}));
     std::uint32_t group = 0;
+    bool parted = false;
     for (;;) {
         const auto message = socket.receive();
         ASSERT_TRUE(message.has_value());
         if (const auto* came = std::get_if<protocol::Group>(&*message)) group = came->group;
+        if (const auto* part = std::get_if<protocol::BlobPart>(&*message)) {
+            const Bytes whole = protocol::encode(refinements[0]);
+            EXPECT_EQ(part->total, whole.size());
+            EXPECT_EQ(part->bytes, Bytes(whole.begin() + 4000, whole.end())) << "as many as there are";
+            EXPECT_GE(group, 4u);
+            parted = true;
+        }
         if (const auto* blob = std::get_if<protocol::StaticBlob>(&*message)) {
-            EXPECT_EQ(blob->hash, refinements[0].hash);
+            EXPECT_EQ(blob->hash, refinements[1].hash);
             break;
         }
     }
+    EXPECT_TRUE(parted) << "in the order in which they were asked for";
     EXPECT_GE(group, 4u) << "the five seconds that are sent ahead came before";
     // And groups come after it as before.
     for (;;) {
@@ -127,7 +137,7 @@ TEST(Refinement, GoesOnAfterACutAndFetchesNothingTwice) {
     proxy.throttle(400000);
     Client client({"127.0.0.1", proxy.port(), "take"}, refining());
     ASSERT_TRUE(client.wait_ready(kPatience).ok());
-    // Two cuts amid a refinement: some bytes of it have passed, but not all.
+    // Two cuts amid a refinement: some of its parts have come, but not all.
     for (const int whole : {1, 3}) {
         const std::uint64_t until = bytes_of(served.stream) - std::uint64_t(6 - whole) * 80000;
         ASSERT_TRUE(wait_until([&] { return client.statistics().model_bytes >= until; }));
@@ -138,6 +148,9 @@ TEST(Refinement, GoesOnAfterACutAndFetchesNothingTwice) {
     expect_whole_model(client, served.stream);
     EXPECT_GE(client.statistics().reconnects, 2u);
     EXPECT_EQ(client.statistics().blobs_fetched, served.stream.blobs.size());
+    std::uint64_t messages = 0;
+    for (const auto& blob : served.stream.blobs) messages += protocol::encode(blob).size();
+    EXPECT_LE(client.statistics().blob_bytes, messages + 2 * protocol::kMaxPartBytes + 1000) << "at most the part that was cut came again";
     std::uint32_t next = 0;
     while (const auto arrival = client.next(10ms)) {
         ASSERT_TRUE(arrival->group.has_value());
@@ -171,21 +184,19 @@ TEST(Refinement, ADamagedOneIsToldAndLeavesTheLastGoodStagePlaying) {
     EXPECT_EQ(served.server->statistics().blobs_sent, stream.blobs.size() - 1);
 }
 
-/// A server of one stream that answers the WANT of a refinement as a test says.
+/// A server of one stream that answers WANT PART as a test says.
 void serve_badly(RawServer& server, const Stream& stream, const std::function<bool(RawSocket&)>& answer) {
     RawSocket viewer = server.accept();
     protocol::Catalogue catalogue;
     for (const auto& blob : stream.blobs) catalogue.blobs.push_back({blob.hash, blob.kind, blob.bytes.size()});
-    bool playing = false;
     while (const auto message = viewer.receive()) {
         if (std::holds_alternative<protocol::Open>(*message)) {
             for (const protocol::Message& first : {protocol::Message(protocol::Hello{}), protocol::Message(stream.header), protocol::Message(catalogue)}) viewer.send(first);
         } else if (const auto* want = std::get_if<protocol::Want>(&*message)) {
-            if (playing && !answer(viewer)) return;
-            if (playing) continue;
             for (const Hash& hash : want->hashes) viewer.send(*std::ranges::find(stream.blobs, hash, &protocol::StaticBlob::hash));
+        } else if (std::holds_alternative<protocol::WantPart>(*message)) {
+            if (!answer(viewer)) return;
         } else if (std::holds_alternative<protocol::Play>(*message)) {
-            playing = true;
             viewer.send(protocol::Playing{0, 0});
         } else if (std::holds_alternative<protocol::Bye>(*message)) {
             return;
@@ -193,12 +204,36 @@ void serve_badly(RawServer& server, const Stream& stream, const std::function<bo
     }
 }
 
+TEST(Refinement, PartsThatDoNotFitTogetherAreTold) {
+    const Stream stream = refined_stream(2, 2, 5000);
+    const Bytes sound = protocol::encode(refinements_of(stream)[0]);
+    int asked = 0;
+    RawServer server;
+    std::thread serving([&] {
+        serve_badly(server, stream, [&](RawSocket& viewer) {
+            // The second one would make more than the whole.
+            viewer.send(protocol::BlobPart{sound.size(), Bytes(sound.begin(), sound.begin() + 4000)});
+            return ++asked < 2 || viewer.send(stream.groups[0]);
+        });
+    });
+    {
+        Client client({"127.0.0.1", server.port(), "take"}, refining());
+        ASSERT_TRUE(client.wait_ready(kPatience).ok());
+        const auto arrival = client.next(kPatience);
+        ASSERT_TRUE(arrival && arrival->group) << "groups go on";
+        EXPECT_NE(client.statistics().unrefined.find("fit"), std::string::npos) << client.statistics().unrefined;
+    }
+    serving.join();
+    EXPECT_EQ(asked, 2);
+}
+
 TEST(Refinement, AnotherBlobThanWasAskedForIsNotTaken) {
     const Stream stream = refined_stream(2, 2, 5000);
     RawServer server;
     std::thread serving([&] {
         serve_badly(server, stream, [&](RawSocket& viewer) {
-            viewer.send(protocol::sample::make_blob(protocol::BlobKind::refinement, protocol::sample::noise(5000, 9)));
+            const Bytes other = protocol::encode(protocol::sample::make_blob(protocol::BlobKind::refinement, protocol::sample::noise(5000, 9)));
+            viewer.send(protocol::BlobPart{other.size(), other});
             return viewer.send(stream.groups[0]);
         });
     });
@@ -207,7 +242,7 @@ TEST(Refinement, AnotherBlobThanWasAskedForIsNotTaken) {
         ASSERT_TRUE(client.wait_ready(kPatience).ok());
         const auto arrival = client.next(kPatience);
         ASSERT_TRUE(arrival && arrival->group) << "groups go on";
-        EXPECT_NE(client.statistics().unrefined.find("another"), std::string::npos) << client.statistics().unrefined;
+        EXPECT_NE(client.statistics().unrefined.find("something else"), std::string::npos) << client.statistics().unrefined;
         EXPECT_EQ(client.blob(refinements_of(stream)[0].hash), nullptr);
         EXPECT_EQ(client.status().state, SourceState::playing);
     }
@@ -269,6 +304,15 @@ TEST(Refinement, WhoAsksForMoreThanThereIsIsShownOut) {
     while (const auto message = greedy.receive())
         if (const auto* failure = std::get_if<protocol::Failure>(&*message)) refused = failure->code == protocol::FailureCode::protocol;
     EXPECT_TRUE(refused) << "the server remembers no more than there is";
+
+    RawSocket beyond(served.server->port());
+    for (const protocol::Message& message : {protocol::Message(protocol::Hello{protocol::kWireVersion, "test"}), protocol::Message(protocol::Open{"take"}),
+                                             protocol::Message(protocol::WantPart{all.hashes[0], 50000, 1})})
+        ASSERT_TRUE(beyond.send(message));
+    refused = false;
+    while (const auto message = beyond.receive())
+        if (const auto* failure = std::get_if<protocol::Failure>(&*message)) refused = failure->code == protocol::FailureCode::protocol;
+    EXPECT_TRUE(refused) << "there is no such byte";
 }
 
 TEST(Refinement, AFileHasItsWholeModelAtOnce) {
