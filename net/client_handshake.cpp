@@ -2,6 +2,7 @@
 
 #include <asio/co_spawn.hpp>
 #include <asio/detached.hpp>
+#include <cassert>
 
 #include "net/client_state.hpp"
 
@@ -99,6 +100,7 @@ void Client::State::take_fetched(protocol::StaticBlob blob) {
 
 void Client::State::keep(const Hash& hash, Bytes bytes, std::uint64_t SourceStatistics::* count) {
     const std::lock_guard lock(mutex);
+    assert(!blobs.contains(hash));   // what blob() has given out stays as it is
     ++(statistics.*count);
     statistics.model_bytes += bytes.size();
     blobs[hash] = std::move(bytes);

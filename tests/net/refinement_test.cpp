@@ -160,6 +160,26 @@ TEST(Refinement, GoesOnAfterACutAndFetchesNothingTwice) {
     EXPECT_GE(next, 12u);
 }
 
+TEST(Refinement, WhatAnotherPlayerHasCachedDuringAnOutageIsNotFetched) {
+    const Served served(refined_stream(120, 3, 200000));
+    const Folder cache;
+    SourceOptions options = refining();
+    options.cache = std::make_shared<DiskBlobCache>(cache.path());
+    Proxy proxy(served.server->port());
+    proxy.throttle(100000);
+    Client client({"127.0.0.1", proxy.port(), "take"}, options);
+    ASSERT_TRUE(client.wait_ready(kPatience).ok());
+    // Some of the first refinement has come when the line breaks.
+    ASSERT_TRUE(wait_until([&] { return client.statistics().blob_bytes > 40000; }));
+    proxy.refuse(true);
+    proxy.cut();
+    for (const auto& blob : refinements_of(served.stream)) options.cache->store(blob.hash, blob.bytes);
+    proxy.refuse(false);
+    ASSERT_TRUE(wait_until([&] { return client.statistics().model_bytes >= bytes_of(served.stream); }));
+    expect_whole_model(client, served.stream);
+    EXPECT_EQ(client.statistics().blobs_from_cache, 3u);
+}
+
 TEST(Refinement, ADamagedOneIsToldAndLeavesTheLastGoodStagePlaying) {
     const Stream stream = refined_stream(6, 3, 50000);
     const auto refinements = refinements_of(stream);
