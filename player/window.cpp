@@ -375,6 +375,7 @@ std::vector<std::string> PlayerWindow::statistics_lines(double now) {
         fmt::format("{} points, {} components, damaged groups {}", stream.model.point_count(), stream.composed.size(),
                     decode.damaged_groups() + source.damaged_groups),
     };
+    if (!unrefined_.empty()) lines.push_back(unrefined_);
     if (!stream.texture_rungs.empty()) {
         lines.push_back(rung_text(stream, playback_->rung(), playback_->follows_line()));
         if (shown_rung_ != playback_->rung()) lines.back() += fmt::format("; {} still shown", shown_rung_ + 1);
