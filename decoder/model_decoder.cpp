@@ -17,7 +17,7 @@ using protocol::LayerKind;
 
 class Unpacker {
 public:
-    explicit Unpacker(const FindBlob& find) : find_(find) {}
+    Unpacker(const FindBlob& find, std::unique_ptr<DetailDecoder>* growing) : find_(find), growing_(growing) {}
 
     Result<model::FaceModel> run(const Hash& manifest_hash) {
         MIEN_TRY(bytes, needed_blob(find_, manifest_hash));
@@ -25,7 +25,7 @@ public:
         model_.actor = manifest.actor;
         for (const Layer& layer : manifest.layers) MIEN_CHECK(add(layer));
         if (detailed_) {
-            MIEN_TRY(detail, decode_detail(manifest_hash, find_));
+            MIEN_TRY(detail, decode_maps(manifest_hash));
             if (shell_ && (!has_base_ || std::holds_alternative<model::BlendBase>(model_.base))) {
                 MIEN_TRY(driving, driving_markers(detail));
                 const auto* beside = std::get_if<model::BlendBase>(&model_.base);
@@ -42,6 +42,14 @@ public:
 
 private:
     Result<const Bytes*> blob(const Layer& layer, std::size_t i) const { return needed_blob(find_, layer, i); }
+
+    Result<model::DetailModel> decode_maps(const Hash& manifest_hash) const {
+        MIEN_TRY(decoder, DetailDecoder::open(manifest_hash, find_));
+        MIEN_CHECK(decoder.update(find_));
+        if (!growing_ || decoder.complete()) return decoder.take();
+        *growing_ = std::make_unique<DetailDecoder>(std::move(decoder));
+        return (*growing_)->model();
+    }
 
     /// Those of the detail model, or others that were put in their place.
     Result<coding::DrivingMarkers> driving_markers(const model::DetailModel& detail) const {
@@ -133,6 +141,7 @@ private:
     }
 
     const FindBlob& find_;
+    std::unique_ptr<DetailDecoder>* growing_;
     model::FaceModel model_;
     bool has_shape_ = false, has_base_ = false;
     std::optional<Layer> shell_;   // the thin shell, when one was named
@@ -141,7 +150,10 @@ private:
 
 }  // namespace
 
-Result<model::FaceModel> decode_model(const Hash& manifest, const FindBlob& find) { return Unpacker(find).run(manifest); }
+Result<model::FaceModel> decode_model(const Hash& manifest, const FindBlob& find, std::unique_ptr<DetailDecoder>* growing) {
+    if (growing) growing->reset();
+    return Unpacker(find, growing).run(manifest);
+}
 
 bool fits(const model::FaceModel& model, const protocol::MotionInfo& info) {
     using protocol::MotionKind;

@@ -64,6 +64,12 @@ const Bytes* Client::blob(const Hash& hash) const {
     return found == state_->blobs.end() ? nullptr : &found->second;
 }
 
+std::uint64_t Client::wait_model(std::uint64_t bytes, std::chrono::milliseconds timeout) const {
+    std::unique_lock lock(state_->mutex);
+    state_->changed.wait_for(lock, timeout, [&] { return state_->statistics.model_bytes > bytes; });
+    return state_->statistics.model_bytes;
+}
+
 std::optional<Arrival> Client::next(std::chrono::milliseconds timeout) {
     State& state = *state_;
     std::optional<Arrival> arrival;

@@ -12,7 +12,8 @@ asio::awaitable<Result<RawMessage>> Client::State::read_raw(ConnectionPtr c) {
     if (raw) {
         const std::lock_guard lock(mutex);
         statistics.bytes += raw->wire_bytes;
-        if (raw->type == static_cast<std::uint8_t>(protocol::MessageType::blob)) statistics.blob_bytes += raw->wire_bytes;
+        const auto type = static_cast<protocol::MessageType>(raw->type);
+        if (type == protocol::MessageType::blob || type == protocol::MessageType::blob_part) statistics.blob_bytes += raw->wire_bytes;
     }
     co_return raw;
 }
@@ -45,7 +46,9 @@ asio::awaitable<Lost> Client::State::receive(ConnectionPtr c) {
         const auto raw = co_await read_raw(c);
         if (!raw) co_return lost(*c, raw.error());
         auto message = protocol::parse_body(raw->type, raw->body);
-        if (!message) {
+        if (part_due && raw->type == static_cast<std::uint8_t>(protocol::MessageType::blob_part)) {
+            take_part(*c, std::move(message));
+        } else if (!message) {
             // The bytes came over TCP, so the damage is in the stored file: the next group is sound again.
             if (raw->type != static_cast<std::uint8_t>(protocol::MessageType::group))
                 co_return Lost{"the server sent nonsense: " + message.error().message, false};
@@ -68,6 +71,11 @@ asio::awaitable<Lost> Client::State::receive(ConnectionPtr c) {
             if (!take_live(std::move(*object), raw->wire_bytes)) co_return Lost{"the server sent an object without a group", true};
         } else if (std::holds_alternative<protocol::Pong>(*message)) {
             note_pong(*message);
+        } else if (const auto* failure = std::get_if<protocol::Failure>(&*message);
+                   failure && part_due && (failure->code == protocol::FailureCode::damaged || failure->code == protocol::FailureCode::no_such_blob)) {
+            // The groups are as sound as before, but this connection is over.
+            stop_refining("the server says: " + failure->text);
+            co_return Lost{"the server says: " + failure->text, false};
         } else {
             co_return unexpected(*message, "what belongs to a playing stream");
         }

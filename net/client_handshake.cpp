@@ -2,6 +2,7 @@
 
 #include <asio/co_spawn.hpp>
 #include <asio/detached.hpp>
+#include <cassert>
 
 #include "net/client_state.hpp"
 
@@ -32,7 +33,7 @@ asio::awaitable<Lost> Client::State::connect_and_play() {
         ready = true;
     }
     begin_play(*c);
-    set_status(SourceState::playing);
+    if (!over()) set_status(SourceState::playing);
     co_return co_await receive(c);
 }
 
@@ -60,22 +61,23 @@ asio::awaitable<std::optional<Lost>> Client::State::handshake(ConnectionPtr c) {
         const std::lock_guard lock(mutex);
         header = std::get<protocol::StreamHeader>(std::move(*first));
         catalogue = std::get<protocol::Catalogue>(std::move(*second));
+        order = protocol::fetch_order(catalogue);
+        statistics.model_size = protocol::total_bytes(catalogue);
     }
     co_return std::nullopt;
 }
 
 asio::awaitable<std::optional<Lost>> Client::State::fetch_blobs(ConnectionPtr c) {
+    const std::size_t begins_with = order.within(options.start_bytes);
     protocol::Want missing;
-    for (const protocol::BlobInfo& info : catalogue.blobs) {
-        if (blobs.contains(info.hash)) continue;
-        std::optional<Bytes> kept = options.cache ? options.cache->find(info.hash) : std::nullopt;
-        if (!kept) {
-            missing.hashes.push_back(info.hash);
-            continue;
+    for (std::size_t b = 0; b < order.blobs.size(); ++b) {
+        const Hash& hash = order.blobs[b].hash;
+        if (blobs.contains(hash)) continue;
+        if (std::optional<Bytes> kept = options.cache ? options.cache->find(hash) : std::nullopt) {
+            keep(hash, std::move(*kept), &SourceStatistics::blobs_from_cache);
+        } else if (b < begins_with) {
+            missing.hashes.push_back(hash);
         }
-        const std::lock_guard lock(mutex);
-        blobs[info.hash] = std::move(*kept);
-        ++statistics.blobs_from_cache;
     }
     if (missing.hashes.empty()) co_return std::nullopt;
     c->send(missing);
@@ -85,13 +87,24 @@ asio::awaitable<std::optional<Lost>> Client::State::fetch_blobs(ConnectionPtr c)
         if (std::holds_alternative<protocol::Pong>(*message)) continue;
         auto* blob = std::get_if<protocol::StaticBlob>(&*message);
         if (!blob || blob->hash != missing.hashes[b]) co_return unexpected(*message, "the static blob it was asked for");
-        if (options.cache) options.cache->store(blob->hash, blob->bytes);
-        const std::lock_guard lock(mutex);
-        blobs[blob->hash] = std::move(blob->bytes);
-        ++statistics.blobs_fetched;
+        take_fetched(std::move(*blob));
         ++b;
     }
     co_return std::nullopt;
+}
+
+void Client::State::take_fetched(protocol::StaticBlob blob) {
+    if (options.cache) options.cache->store(blob.hash, blob.bytes);
+    keep(blob.hash, std::move(blob.bytes), &SourceStatistics::blobs_fetched);
+}
+
+void Client::State::keep(const Hash& hash, Bytes bytes, std::uint64_t SourceStatistics::* count) {
+    const std::lock_guard lock(mutex);
+    assert(!blobs.contains(hash));   // what blob() has given out stays as it is
+    ++(statistics.*count);
+    statistics.model_bytes += bytes.size();
+    blobs[hash] = std::move(bytes);
+    changed.notify_all();
 }
 
 }  // namespace mien::net

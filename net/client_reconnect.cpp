@@ -33,7 +33,7 @@ asio::awaitable<void> Client::State::run() {
             co_return;
         }
         std::error_code ignored;
-        if (ended() && !live) {
+        if (ended() && !live && !missing_refinement()) {
             // Nothing is missing: a new connection is only worth it when somebody seeks.
             waiting_for_seek = true;
             while (ended() && !stopping) {
@@ -48,7 +48,8 @@ asio::awaitable<void> Client::State::run() {
             const std::lock_guard lock(mutex);
             statistics.reconnects += connected_once;
         }
-        set_status(connected_once ? SourceState::reconnecting : SourceState::connecting, why.reason);
+        // Of a recording that is over only refinements are missing, and nobody waits for them.
+        if (live || !over()) set_status(connected_once ? SourceState::reconnecting : SourceState::connecting, why.reason);
         // Doubling, and half of it by chance, so that the viewers of a restarted server do not all come at once.
         const auto longest = std::min<double>(double(options.first_backoff.count()) * std::pow(2.0, std::min(attempts - 1, 20)),
                                               double(options.last_backoff.count()));

@@ -11,6 +11,7 @@
 #include "net/client.hpp"
 #include "net/connection.hpp"
 #include "net/line_meter.hpp"
+#include "protocol/fetch_order.hpp"
 
 /// What a client is made of: its wishes, its connection, what has arrived. Internal to this room.
 namespace mien::net {
@@ -35,6 +36,16 @@ struct Client::State {
     Bytes identity;                  ///< HEADER and CATALOGUE as bytes: after a reconnect they must be the same
     LineMeter meter;
     std::optional<std::uint32_t> serving;  ///< generation that the server now answers
+    protocol::FetchOrder order;            ///< of the catalogue's blobs
+    /// A refinement that comes in parts, so that no group waits for more than one of them; what has come of it outlives a connection.
+    struct Refining {
+        Hash hash;
+        std::uint64_t total = 0;           ///< bytes of its BLOB message, once a part has come
+        Bytes message;                     ///< the first of them
+        bool resumed = false;              ///< they came over several connections
+    };
+    std::optional<Refining> refining;
+    bool part_due = false;                 ///< a part of `refining` was asked for on this connection and has not come: never more than one
 
     /// What the player asked for; `sent` fields follow it on the io thread.
     struct Wish {
@@ -47,7 +58,7 @@ struct Client::State {
     Wish sent;
 
     mutable std::mutex mutex;        ///< of everything below
-    std::condition_variable changed;
+    mutable std::condition_variable changed;
     Wish wish;
     SourceStatus status;
     SourceStatistics statistics;
@@ -55,7 +66,7 @@ struct Client::State {
     bool ready = false;
     protocol::StreamHeader header;
     protocol::Catalogue catalogue;
-    std::map<Hash, Bytes> blobs;
+    std::map<Hash, Bytes> blobs;     ///< only the io thread adds to it, and none is taken away
     struct Waiting {
         Arrival arrival;
         std::uint64_t bytes = 0;     ///< of its message
@@ -85,6 +96,13 @@ struct Client::State {
     asio::awaitable<Lost> connect_and_play();
     asio::awaitable<std::optional<Lost>> handshake(ConnectionPtr c);
     asio::awaitable<std::optional<Lost>> fetch_blobs(ConnectionPtr c);
+    void take_fetched(protocol::StaticBlob blob);
+    void keep(const Hash& hash, Bytes bytes, std::uint64_t SourceStatistics::* count);
+    const Hash* missing_refinement() const;   ///< the next one that is wanted; null: none
+    void ask_for_part(Connection& c);
+    void take_part(Connection& c, Result<protocol::Message> message);
+    void refine_anew(Connection& c, std::string why);
+    void stop_refining(std::string why);
     asio::awaitable<Lost> receive(ConnectionPtr c);
     asio::awaitable<void> write(ConnectionPtr c);
     asio::awaitable<void> watch(ConnectionPtr c);
@@ -107,6 +125,10 @@ struct Client::State {
     bool ended() const {
         const std::lock_guard lock(mutex);
         return end_queued;
+    }
+    bool over() const {                  ///< and next() has said so
+        const std::lock_guard lock(mutex);
+        return status.state == SourceState::ended;
     }
     const protocol::Track* track_of(std::uint8_t slot) const;
 };

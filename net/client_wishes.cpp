@@ -30,6 +30,10 @@ void Client::State::begin_play(Connection& c) {
     c.send(protocol::Play{sent.generation, microseconds(sent.seek), thousandths(sent.rate)});
     if (sent.paused) c.send(protocol::Pause{true});
     c.streaming = true;
+    part_due = false;
+    if (refining && blobs.contains(refining->hash)) refining.reset();   // another player has put it into the cache meanwhile
+    if (refining) refining->resumed = !refining->message.empty();
+    ask_for_part(c);
 }
 
 void Client::State::send_wishes(Connection& c) {

@@ -5,6 +5,7 @@
 #include "net/client.hpp"
 #include "net/stored_stream.hpp"
 #include "net/url.hpp"
+#include "protocol/fetch_order.hpp"
 
 namespace mien::net {
 
@@ -19,6 +20,7 @@ Result<std::unique_ptr<FileSource>> FileSource::open(const std::filesystem::path
         if (!bytes) return Error{bytes.error().code, path.string() + ": " + bytes.error().message};
         source->blobs_[info.hash] = std::move(*bytes);
     }
+    source->statistics_.model_bytes = source->statistics_.model_size = protocol::total_bytes(source->reader_.catalogue());
     source->seek(source->options_.start);
     source->generation_ = 0;
     return source;

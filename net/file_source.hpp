@@ -20,6 +20,7 @@ public:
     const protocol::StreamHeader& header() const override { return reader_.header(); }
     const protocol::Catalogue& catalogue() const override { return reader_.catalogue(); }
     const Bytes* blob(const Hash& hash) const override;
+    std::uint64_t wait_model(std::uint64_t, std::chrono::milliseconds) const override { return statistics_.model_size; }
     std::optional<Arrival> next(std::chrono::milliseconds timeout) override;
     std::uint32_t seek(double seconds) override;
     void pause(bool) override {}

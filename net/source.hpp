@@ -34,6 +34,9 @@ struct SourceStatistics {
     std::uint64_t blob_bytes = 0;       ///< of these, messages of static blobs
     std::uint64_t blobs_from_cache = 0;
     std::uint64_t blobs_fetched = 0;
+    std::uint64_t model_bytes = 0;      ///< unpacked, of the static blobs that are here
+    std::uint64_t model_size = 0;       ///< likewise, of all in the catalogue; 0: not known yet
+    std::string unrefined;              ///< why the refinements that are missing will not come; empty: they will, as far as they were wanted
     std::uint64_t groups = 0;           ///< handed out by next()
     std::uint64_t objects = 0;          ///< of live streams, likewise
     std::uint64_t damaged_groups = 0;   ///< dropped, their checksum or content is wrong
@@ -53,10 +56,16 @@ struct Arrival {
     bool is_end() const { return !group && !object; }
 };
 
+inline constexpr std::uint64_t kWholeModel = ~std::uint64_t(0);
+
 struct SourceOptions {
     double start = 0;                         ///< seconds: where playing begins
     double rate = 1;                          ///< 1: real time; 0: unpaced, as fast as next() is called
     std::shared_ptr<BlobCache> cache;         ///< network only; null: nothing is kept
+    /// Network only: bytes (unpacked) that are spent on static blobs before playing begins: what nothing plays without, whatever it takes, and the refinements
+    /// that fit beside it (protocol::FetchOrder). What a cache holds is there in any case.
+    std::uint64_t start_bytes = kWholeModel;
+    bool refine = true;                       ///< network only: the refinements that are left come while the stream plays, one at a time
     std::size_t queue_bytes = 32u << 20;      ///< groups waiting for next(): beyond this the socket is not read
     /// Network only: what is selected at first, asked once before playing begins, when header() and blobs are here; `line` as in SourceStatistics.
     /// Called from a thread of the source's own. Empty: all.
@@ -77,7 +86,7 @@ struct SourceOptions {
 /// A stream that plays, from a file or a server. Usage:
 ///
 ///     auto source = net::open_source("mien://host/name", options);
-///     source->wait_ready(10s);                      // header and all static blobs are here
+///     source->wait_ready(10s);                      // header and all static blobs are here, or as many as options.start_bytes asks for
 ///     decode_model(source->header().model, [&](const Hash& h) { return source->blob(h); });
 ///     while (auto arrival = source->next(100ms)) ...
 ///
@@ -90,8 +99,11 @@ public:
     virtual Result<void> wait_ready(std::chrono::milliseconds timeout) = 0;
     virtual const protocol::StreamHeader& header() const = 0;        ///< only when ready
     virtual const protocol::Catalogue& catalogue() const = 0;        ///< only when ready
-    /// Unpacked bytes of a static blob; null when the catalogue has no such hash. Stays valid as long as the source. When ready.
+    /// Unpacked bytes of a static blob; null when the catalogue has no such hash, and of a refinement that is not here yet. Stays valid as long as the
+    /// source. When ready.
     virtual const Bytes* blob(const Hash& hash) const = 0;
+    /// Waits until more than `bytes` (unpacked) of the static blobs are here, `timeout` at most; how many are. For a thread that takes refinements as they come.
+    virtual std::uint64_t wait_model(std::uint64_t bytes, std::chrono::milliseconds timeout) const = 0;
 
     /// The next group: by group number, then texture last, then slot; none when `timeout` passes without one. After the last group comes one
     /// Arrival that is the end. Groups that an earlier seek made stale never come. A live stream gives its objects instead, each slot's in order

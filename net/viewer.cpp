@@ -34,6 +34,13 @@ Clock::duration seconds_of(double seconds) {
     return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(std::clamp(seconds, 0.0, 3600.0)));
 }
 
+Result<protocol::BlobPart> part_of(ByteView message, const protocol::WantPart& wanted) {
+    if (wanted.offset >= message.size()) return Error{ErrorCode::invalid, fmt::format("static blob {} has no byte {}", wanted.hash.hex().substr(0, 8), wanted.offset)};
+    const ByteView rest = message.subspan(wanted.offset);
+    const ByteView part = rest.first(std::min<std::size_t>(rest.size(), wanted.bytes));
+    return protocol::BlobPart{message.size(), Bytes(part.begin(), part.end())};
+}
+
 /// A name for the log: whatever a viewer sends, a line stays a line.
 std::string printable(const std::string& text) {
     std::string out;
@@ -183,7 +190,11 @@ asio::awaitable<bool> Viewer::handle(const RawMessage& raw) {
         fail(FailureCode::protocol, protocol::name_of(raw.type) + " must follow OPEN");
         co_return false;
     } else if (const auto* hashes = std::get_if<protocol::Want>(&message)) {
-        co_return want(hashes->hashes);
+        std::vector<protocol::WantPart> wholes;
+        for (const Hash& hash : hashes->hashes) wholes.push_back({hash});
+        co_return want(wholes);
+    } else if (const auto* part = std::get_if<protocol::WantPart>(&message)) {
+        co_return want({*part});
     } else if (const auto* play = std::get_if<protocol::Play>(&message)) {
         playing_ = true;
         paused_ = false;
@@ -249,19 +260,19 @@ asio::awaitable<bool> Viewer::open(const std::string& name) {
     co_return true;
 }
 
-bool Viewer::want(const std::vector<Hash>& hashes) {
+bool Viewer::want(const std::vector<protocol::WantPart>& parts) {
     const auto& blobs = catalogue().blobs;
-    for (const Hash& hash : hashes) {
-        if (std::ranges::find(blobs, hash, &protocol::BlobInfo::hash) == blobs.end()) {
-            fail(FailureCode::no_such_blob, fmt::format("the stream has no static blob {}", hash.hex().substr(0, 8)));
+    for (const protocol::WantPart& part : parts) {
+        if (std::ranges::find(blobs, part.hash, &protocol::BlobInfo::hash) == blobs.end()) {
+            fail(FailureCode::no_such_blob, fmt::format("the stream has no static blob {}", part.hash.hex().substr(0, 8)));
             return false;
         }
     }
-    if (wanted_.size() + hashes.size() > blobs.size()) {
-        fail(FailureCode::protocol, "WANT asks for a static blob that is already on its way");
+    if (wanted_.size() + parts.size() > blobs.size()) {
+        fail(FailureCode::protocol, "more static blobs are asked for than there are");
         return false;
     }
-    wanted_.insert(wanted_.end(), hashes.begin(), hashes.end());
+    wanted_.insert(wanted_.end(), parts.begin(), parts.end());
     ring();
     return true;
 }
@@ -295,16 +306,12 @@ asio::awaitable<void> Viewer::write_messages() {
             const Bytes message = *std::exchange(last_, {});
             if (co_await send(message)) wire_.finish_sending();  // the reader closes when the viewer has
             co_return;
-        } else if (!wanted_.empty()) {
-            const Hash hash = wanted_.front();
-            wanted_.pop_front();
-            going = co_await send_blob(hash);
         } else if (playing_ && live_) {
             going = co_await play_live();
         } else if (playing_) {
             going = co_await play_on();
         } else {
-            co_await wait({});
+            going = co_await rest({});
         }
         if (!going || closed_) co_return;
     }
@@ -340,6 +347,21 @@ asio::awaitable<bool> Viewer::send_blob(Hash hash) {
     co_return co_await send(*message);
 }
 
+asio::awaitable<bool> Viewer::send_part(protocol::WantPart wanted) {
+    const auto stream = stream_;
+    const auto kept = live_ ? live_->blobs.at(wanted.hash) : nullptr;
+    const auto work = [stream, kept, wanted] { return kept ? part_of(*kept, wanted) : stream->blob_part(wanted.hash, wanted.offset, wanted.bytes); };
+    const auto part = co_await off_thread(shared_.files, work);
+    if (closed_) co_return false;
+    if (!part) {
+        fail(part.error().code == ErrorCode::invalid ? FailureCode::protocol : FailureCode::damaged, part.error().message);
+        co_return true;
+    }
+    shared_.blobs_sent += wanted.offset + part->bytes.size() == part->total;
+    const Bytes message = protocol::encode(*part);
+    co_return co_await send(message);
+}
+
 asio::awaitable<bool> Viewer::play_on() {
     const auto stream = stream_;
     const protocol::IndexEntry* next = walk_->peek();
@@ -349,10 +371,7 @@ asio::awaitable<bool> Viewer::play_on() {
         co_return co_await send(message);
     }
     if (!next) {
-        if (std::exchange(ended_, true)) {
-            co_await wait({});
-            co_return true;
-        }
+        if (std::exchange(ended_, true)) co_return co_await rest({});
         const Bytes message = protocol::encode(protocol::End{stream->header().frames});
         co_return co_await send(message);
     }
@@ -362,8 +381,7 @@ asio::awaitable<bool> Viewer::play_on() {
         if (early > 0 || (paused_ && rate_ == 0)) {
             std::optional<Clock::duration> longest;
             if (!paused_) longest = seconds_of(early / rate_);
-            co_await wait(longest);
-            co_return true;
+            co_return co_await rest(longest);
         }
     }
     walk_->pop();
@@ -377,6 +395,17 @@ asio::awaitable<bool> Viewer::play_on() {
     }
     ++shared_.groups_sent;
     co_return co_await send(*message);
+}
+
+asio::awaitable<bool> Viewer::rest(std::optional<Clock::duration> longest) {
+    if (wanted_.empty()) {
+        co_await wait(longest);
+        co_return true;
+    }
+    const protocol::WantPart wanted = wanted_.front();
+    wanted_.pop_front();
+    if (wanted.bytes == 0) co_return co_await send_blob(wanted.hash);
+    co_return co_await send_part(wanted);
 }
 
 asio::awaitable<void> Viewer::wait(std::optional<Clock::duration> longest) {

@@ -54,7 +54,7 @@ private:
     /// False when the message has no place here: the connection is closing then.
     asio::awaitable<bool> handle(const RawMessage& raw);
     asio::awaitable<bool> open(const std::string& name);
-    bool want(const std::vector<Hash>& hashes);
+    bool want(const std::vector<protocol::WantPart>& parts);
     asio::awaitable<void> list();
     asio::awaitable<bool> publish(const std::string& name);
     asio::awaitable<bool> take_published(RawMessage raw);
@@ -64,9 +64,12 @@ private:
 
     asio::awaitable<bool> send(ByteView message);
     asio::awaitable<bool> send_blob(Hash hash);
-    /// Sends the next thing play asks for: PLAYING, a group, END; or waits until there is something.
+    asio::awaitable<bool> send_part(protocol::WantPart wanted);
+    /// Sends the next thing play asks for: PLAYING, a group, END; or, when nothing is due, rests.
     asio::awaitable<bool> play_on();
     asio::awaitable<bool> play_live();
+    /// Sends the next static blob, or part of one, that is wanted; without one waits until something is asked for, or `longest` has passed.
+    asio::awaitable<bool> rest(std::optional<Clock::duration> longest);
     asio::awaitable<void> wait(std::optional<Clock::duration> longest);
 
     void reply(const protocol::Message& message);
@@ -92,7 +95,7 @@ private:
     std::optional<Clock::time_point> closing_since_;
     std::deque<Bytes> replies_;
     std::size_t reply_bytes_ = 0;                ///< sum of replies_
-    std::deque<Hash> wanted_;
+    std::deque<protocol::WantPart> wanted_;      ///< of 0 bytes: the whole blob
     std::uint64_t held_ = 0;                     ///< bytes counted in shared_.queued_bytes
 
     std::unique_ptr<Publication> publication_;   ///< of a publisher; then nothing below is used

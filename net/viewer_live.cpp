@@ -115,9 +115,9 @@ asio::awaitable<bool> Viewer::play_live() {
     }
     if (paused_) {
         // Who goes on after a pause goes on with what is new.
-        co_await wait({});
+        const bool going = co_await rest({});
         if (!paused_ && live_ == live) restart_live();
-        co_return true;
+        co_return going;
     }
     if (next_record_ < live->first()) restart_live();   // it was too slow
     const LiveStream::Record* record = live->at(next_record_);
@@ -128,10 +128,7 @@ asio::awaitable<bool> Viewer::play_live() {
         co_return co_await send(message);
     }
     if (!record) {
-        if (live->live() || std::exchange(ended_, true)) {
-            co_await wait({});
-            co_return true;
-        }
+        if (live->live() || std::exchange(ended_, true)) co_return co_await rest({});
         const Bytes message = protocol::encode(protocol::End{live->frames()});
         co_return co_await send(message);
     }

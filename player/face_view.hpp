@@ -12,6 +12,8 @@ public:
     explicit FaceView(const StreamModel& stream);
 
     void show(const PlayFrame& frame);
+    void refine(std::shared_ptr<const render::DetailPictures> pictures) { renderer_.refine(std::move(pictures)); }
+    bool refining() const { return renderer_.refining(); }
     void draw(const render::Camera& camera, const render::Look& look, render::Target& target) {
         renderer_.draw(camera, look, target);
     }

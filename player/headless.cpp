@@ -86,6 +86,9 @@ Result<void> HeadlessRun::open() {
     wanted.source.start = options_.time;
     wanted.source.rate = 0;
     wanted.source.cache = open_cache(options_);
+    // What is drawn must not depend on how fast the rest would come.
+    wanted.source.refine = false;
+    if (options_.model_kb) wanted.source.start_bytes = std::uint64_t(std::llround(1000 * *options_.model_kb));
     wanted.source.max_reconnects = 8;
     wanted.source.on_status = [](const net::SourceStatus& status) {
         if (status.state == net::SourceState::reconnecting)
@@ -199,7 +202,9 @@ void HeadlessRun::tell(std::int64_t frame) const {
 }
 
 void HeadlessRun::drawn() {
-    if (statistics_.frames++ == 0) statistics_.startup = steady_seconds() - process_start_;
+    if (statistics_.frames++ > 0) return;
+    statistics_.startup = steady_seconds() - process_start_;
+    statistics_.startup_bytes = session_.source->statistics().bytes;
 }
 
 Image HeadlessRun::picture(const render::OrbitCamera& camera, render::Target& target) {

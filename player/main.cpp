@@ -6,6 +6,7 @@
 #include "core/environment_error.hpp"
 #include "net/blob_cache.hpp"
 #include "net/stream_list.hpp"
+#include "net/url.hpp"
 #include "player/headless.hpp"
 #include "player/options.hpp"
 #include "player/window.hpp"
@@ -94,6 +95,9 @@ int main(int argc, char** argv) {
                                 "rung of texture to ask for, 0 the coarsest, or auto: what the line takes (default: auto in a window, else the finest)")
                      ->check(CLI::Range(0, 63) | CLI::IsMember({"auto"}));
     app.add_option("--texture-kbps", options.texture.kbps, "the finest rung of texture of at most this rate, kbit/s")->check(CLI::PositiveNumber)->excludes(rung);
+    app.add_option("--model-kb", options.model_kb,
+                   "begin with so many kB of the face model, and what nothing plays without; in a window the rest comes meanwhile (default: headless: all of it, else 0)")
+        ->check(CLI::NonNegativeNumber);
     app.add_flag("--no-sound", no_sound, "silent");
     app.set_version_flag("--version", "mien-play " MIEN_VERSION);
     try {
@@ -119,6 +123,8 @@ int main(int argc, char** argv) {
     } else if (cache != "none") {
         options.cache = cache;
     }
+    if (options.model_kb && !options.input.empty() && !net::looks_like_url(options.input))
+        return complain("--model-kb is for streams of a server: a file has its whole model at once");
     if (options.list && options.input.empty()) return complain("--list needs a server, as mien://HOST");
     try {
         if (options.list) return list_streams(options.input);

@@ -37,6 +37,7 @@ struct Options {
     double delay = 0.05;                                 ///< seconds that frames of a live stream wait to be shown evenly
     std::optional<double> seconds;                       ///< headless: how much of a live stream
     TextureChoice texture;
+    std::optional<double> model_kb;                      ///< of the face model before playing begins, 1000 bytes; none: all without a window, else what it cannot do without
     double wait = 20;                                    ///< seconds to wait for the stream to be ready
 };
 

@@ -19,6 +19,11 @@ void Session::collect(Statistics& statistics) const {
     if (stream->sound) statistics.sound_bytes = decode->bytes_of(stream->sound_slot);
 }
 
+std::string Session::unrefined() const {
+    const std::string undecoded = refiner ? refiner->trouble() : std::string();
+    return undecoded.empty() ? source->statistics().unrefined : undecoded;
+}
+
 std::uint64_t Session::motion_bytes() const {
     std::uint64_t bytes = 0;
     for (const std::uint8_t slot : stream->motion_slots) bytes += decode->bytes_of(slot);
@@ -60,8 +65,11 @@ Result<Session> open_session(const std::string& input, SessionOptions options) {
                                                              status.reason.empty() ? "" : ": ", status.reason)};
     }
     if (*chosen) options.texture = {.rung = *chosen};
-    MIEN_TRY(stream, open_stream_model(*session.source, options.sound, options.motion_rungs, options.texture));
+    MIEN_TRY(stream, open_stream_model(*session.source, options.sound, options.motion_rungs, options.texture, options.source.refine));
     session.stream = std::make_unique<StreamModel>(std::move(stream));
+    if (options.source.refine && session.stream->growing)
+        session.refiner = std::make_unique<Refiner>(*session.source, *session.stream, std::move(session.stream->growing));
+    session.stream->growing.reset();
     const bool sound_only = options.sound_first && session.stream->sound;
     session.source->select(sound_only ? std::uint64_t(1) << session.stream->sound_slot : session.stream->slots());
     session.decode = std::make_unique<DecodeThread>(

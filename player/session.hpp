@@ -5,6 +5,7 @@
 
 #include "player/decode_thread.hpp"
 #include "player/options.hpp"
+#include "player/refiner.hpp"
 #include "player/statistics.hpp"
 
 namespace mien::player {
@@ -13,12 +14,15 @@ namespace mien::player {
 struct Session {
     std::unique_ptr<net::StreamSource> source;
     std::unique_ptr<StreamModel> stream;
+    std::unique_ptr<Refiner> refiner;       ///< null: nothing is missing of the model, or nothing more was asked for
     std::unique_ptr<DecodeThread> decode;   // last: it goes first
 
     bool networked = false;                 ///< from a server, not from a file
     bool adapts = false;                    ///< the rung of texture follows the line, as asked
 
     void collect(Statistics& statistics) const;
+    /// Why the model will not get better although something of it is missing, one sentence; empty: nothing is wrong.
+    std::string unrefined() const;
     std::uint64_t motion_bytes() const;     ///< of all its rungs
     std::uint64_t texture_bytes() const;    ///< likewise
 };

@@ -14,6 +14,7 @@ namespace mien::player {
 std::string to_json(const Statistics& s) {
     nlohmann::ordered_json json = {
         {"startup_s", s.startup},
+        {"startup_bytes", s.startup_bytes},
         {"frames", s.frames},
         {"frames_per_second", s.frames_per_second},
         {"dropped_frames", s.dropped},
@@ -26,6 +27,7 @@ std::string to_json(const Statistics& s) {
           {"texture", s.texture_bytes},
           {"sound", s.sound_bytes}}},
         {"blobs", {{"fetched", s.source.blobs_fetched}, {"from_cache", s.source.blobs_from_cache}}},
+        {"model", {{"bytes", s.source.model_bytes}, {"of", s.source.model_size}}},
         {"reconnects", s.source.reconnects},
         {"round_trip_s", s.source.round_trip},
         {"renderer", s.renderer},

@@ -51,6 +51,19 @@ double bits_of(const protocol::StreamHeader& header, std::uint64_t slots) {
     return bits;
 }
 
+Result<model::FaceModel> decode_face(const net::StreamSource& source, bool refining, std::unique_ptr<decoder::DetailDecoder>& growing) {
+    const Hash& manifest = source.header().model;
+    auto face = decoder::decode_model(manifest, [&](const Hash& hash) { return source.blob(hash); }, &growing);
+    if (face.ok() || !refining) return face;
+    const auto& blobs = source.catalogue().blobs;
+    const auto unrefined = [&](const Hash& hash) -> const Bytes* {
+        const auto info = std::ranges::find(blobs, hash, &protocol::BlobInfo::hash);
+        return info != blobs.end() && info->kind == protocol::BlobKind::refinement ? nullptr : source.blob(hash);
+    };
+    auto coarse = decoder::decode_model(manifest, unrefined, &growing);
+    return coarse.ok() ? std::move(coarse) : std::move(face);
+}
+
 }  // namespace
 
 FirstChoice first_choice(const protocol::StreamHeader& header, bool live, bool with_sound, std::size_t motion_rungs, const TextureChoice& texture,
@@ -95,10 +108,10 @@ Result<void> StreamModel::use_texture_rung(std::size_t rung) {
 }
 
 Result<StreamModel> open_stream_model(const net::StreamSource& source, bool with_sound, std::size_t motion_rungs,
-                                      const TextureChoice& choice) {
+                                      const TextureChoice& choice, bool refining) {
     const protocol::StreamHeader& header = source.header();
-    const auto find = [&](const Hash& hash) { return source.blob(hash); };
-    MIEN_TRY(face, decoder::decode_model(header.model, find));
+    std::unique_ptr<decoder::DetailDecoder> growing;
+    MIEN_TRY(face, decode_face(source, refining, growing));
 
     const protocol::Track* motion_track = first_track(header, protocol::TrackKind::motion);
     if (!motion_track) return Error{ErrorCode::missing, "the stream has no motion track"};
@@ -117,6 +130,7 @@ Result<StreamModel> open_stream_model(const net::StreamSource& source, bool with
     MIEN_TRY(motion, decoder::MotionDecoder::create(info, bases, face.neutral.triangles, face.neutral.mirror));
 
     StreamModel stream{.model = std::move(face), .composed = {}, .motion = std::move(motion), .texture = {}, .sound = {}, .motion_slots = std::move(motion_slots)};
+    stream.growing = std::move(growing);
     stream.composed = model::compose(stream.model, stream.motion.basis());
     stream.frame_rate = header.frame_rate;
     stream.frames = std::int64_t(header.frames);

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "core/result.hpp"
 #include "decoder/av_sound.hpp"
 #include "decoder/av_texture.hpp"
+#include "decoder/detail_decoder.hpp"
 #include "decoder/motion_decoder.hpp"
 #include "model/face_model.hpp"
 #include "net/source.hpp"
@@ -22,7 +24,7 @@ struct TextureChoice {
 
 /// What a stream announces, made ready to decode and draw: the model, and a decoder for one rung of each track.
 struct StreamModel {
-    model::FaceModel model;                 ///< with static_albedo filled in when the model has one
+    model::FaceModel model;                 ///< with static_albedo filled in when the model has one, and the stages of its detail that were there
     model::LinearMotion composed;           ///< model::compose's
     decoder::MotionDecoder motion;
     std::optional<decoder::TextureDecoder> texture;   ///< of one rung; use_texture_rung() changes it
@@ -49,6 +51,7 @@ struct StreamModel {
     Result<void> use_texture_rung(std::size_t rung);
     double seconds() const { return double(frames) / frame_rate.value(); }
 
+    std::unique_ptr<decoder::DetailDecoder> growing = {};   ///< takes the stages of the detail that come later; null: none will
     protocol::Track texture_track = {};     ///< what decoders of its rungs are made from
     std::size_t texture_in_use = 0;         ///< rung of `texture`
 };
@@ -63,8 +66,9 @@ struct FirstChoice {
 FirstChoice first_choice(const protocol::StreamHeader& header, bool live, bool with_sound, std::size_t motion_rungs, const TextureChoice& texture,
                          std::optional<double> line);
 
-/// From a source that is ready. with_sound: whether to decode its sound. motion_rungs: how many rungs of its motion to use, at most.
+/// From a source that is ready. with_sound: whether to decode its sound. motion_rungs: how many rungs of its motion to use, at most. refining: somebody takes
+/// refinements of the model from now on (and tells what is wrong with them), so a damaged one that is here already is left to them.
 Result<StreamModel> open_stream_model(const net::StreamSource& source, bool with_sound, std::size_t motion_rungs = 64,
-                                      const TextureChoice& texture = {});
+                                      const TextureChoice& texture = {}, bool refining = false);
 
 }  // namespace mien::player

@@ -52,6 +52,7 @@ Opened open_stream(const Options& options, std::string input, std::shared_ptr<st
     SessionOptions wanted;
     wanted.source.start = options.time;
     wanted.source.cache = open_cache(options);
+    wanted.source.start_bytes = std::uint64_t(std::llround(1000 * options.model_kb.value_or(0)));
     wanted.sound = options.sound;
     wanted.motion_rungs = options.motion_rung + 1;
     wanted.texture = options.texture;
@@ -92,6 +93,7 @@ public:
 private:
     void open(std::string input);
     void poll_opening(double now);
+    void refine(double now);
     void draw(double now);
     void key(int key, double now);
     void character(unsigned code, double now);
@@ -111,7 +113,7 @@ private:
     std::unique_ptr<GLFWwindow, DestroyWindow> window_;
     std::optional<Overlay> overlay_;
     std::optional<render::Target> target_;
-    std::string input_, failure_;
+    std::string input_, failure_, unrefined_;
     std::shared_ptr<std::atomic<bool>> cancelled_ = std::make_shared<std::atomic<bool>>(false);
     std::future<Opened> opening_;
     std::unique_ptr<Playback> playback_;
@@ -195,6 +197,7 @@ void PlayerWindow::open(std::string input) {
     face_.reset();
     framed_ = false;
     failure_.clear();
+    unrefined_.clear();
     input_ = std::move(input);
     glfwSetWindowTitle(window_.get(), fmt::format("{} - mien", input_).c_str());
     opening_ = std::async(std::launch::async, open_stream, std::cref(options_), input_, cancelled_);
@@ -220,6 +223,19 @@ void PlayerWindow::poll_opening(double now) {
     if (options_.muted) playback_->toggle_mute();
     if (const double start = std::exchange(options_.time, 0); start > 0) playback_->seek(now, start);
     if (std::exchange(options_.paused, false) && !playback_->live()) playback_->toggle_pause(now);
+}
+
+/// Hands what has come of the model to the GPU, also while a pause holds the picture.
+void PlayerWindow::refine(double now) {
+    const Session& session = playback_->session();
+    if (session.refiner && !face_->refining())
+        if (auto pictures = session.refiner->take()) face_->refine(std::move(pictures));
+    dirty_ = dirty_ || face_->refining();
+    if (std::string why = unrefined_.empty() ? session.unrefined() : std::string(); !why.empty()) {
+        fmt::print(stderr, "mien-play: {}\n", why);
+        say(unrefined_ = std::move(why), now);
+        dirty_ = true;
+    }
 }
 
 void PlayerWindow::key(int key, double now) {
@@ -349,14 +365,17 @@ std::vector<std::string> PlayerWindow::statistics_lines(double now) {
         fmt::format("{:.1f} of {:.2f} frames/s, {:.1f} ms to draw", shown_per_second_, stream.frame_rate.value() * playback_->rate(),
                     1000 * draw_seconds_),
         fmt::format("buffer {} frames, dropped {}, stalls {}", decode.buffered(), decode.dropped(), playback_->stalls()),
-        fmt::format("received {:.1f} kB, model {:.1f} kB, {} blobs from cache", double(source.bytes) / 1e3,
+        fmt::format("received {:.1f} kB, of the model {:.1f} kB; {} blobs from cache", double(source.bytes) / 1e3,
                     double(source.blob_bytes) / 1e3, source.blobs_from_cache),
+        fmt::format("model {:.0f} % of {:.1f} kB here", source.model_size ? 100 * double(source.model_bytes) / double(source.model_size) : 100.0,
+                    double(source.model_size) / 1e3),
         fmt::format("motion {:.1f} kB, texture {:.1f} kB, sound {:.1f} kB", double(session.motion_bytes()) / 1e3,
                     double(session.texture_bytes()) / 1e3,
                     stream.sound ? double(decode.bytes_of(stream.sound_slot)) / 1e3 : 0.0),
         fmt::format("{} points, {} components, damaged groups {}", stream.model.point_count(), stream.composed.size(),
                     decode.damaged_groups() + source.damaged_groups),
     };
+    if (!unrefined_.empty()) lines.push_back(unrefined_);
     if (!stream.texture_rungs.empty()) {
         lines.push_back(rung_text(stream, playback_->rung(), playback_->follows_line()));
         if (shown_rung_ != playback_->rung()) lines.back() += fmt::format("; {} still shown", shown_rung_ + 1);
@@ -424,14 +443,19 @@ int PlayerWindow::run() {
         const double now = steady_seconds();
         poll_opening(now);
         bool fresh = false;
-        if (playback_)
+        if (playback_) {
+            refine(now);
             if (const auto frame = playback_->tick(now)) {
                 face_->show(*frame);
                 shown_rung_ = frame->texture_rung;
                 fresh = true;
-                if (statistics_.frames++ == 0) statistics_.startup = now - process_start_;
+                if (statistics_.frames++ == 0) {
+                    statistics_.startup = now - process_start_;
+                    statistics_.startup_bytes = playback_->session().source->statistics().bytes;
+                }
                 ++counted_;
             }
+        }
         if (now - counted_since_ >= 1) {
             shown_per_second_ = counted_ / (now - counted_since_);
             counted_since_ = now;

@@ -137,6 +137,23 @@ Result<StaticBlob> read_blob(ByteView body) {
     return blob;
 }
 
+void write_body(ByteWriter& out, const BlobPart& part) {
+    assert(!part.bytes.empty() && part.bytes.size() <= part.total && part.bytes.size() <= kMaxPartBytes);
+    out.varint(part.total);
+    out.bytes(part.bytes);
+}
+
+Result<BlobPart> read_blob_part(ByteView body) {
+    ByteReader in(body);
+    BlobPart part{in.varint(), {}};
+    if (!in.ok()) return Error{ErrorCode::truncated, "ends early"};
+    const ByteView bytes = body.subspan(in.position());
+    if (part.total > kMaxMessageBytes + kMaxHeadBytes || bytes.size() > kMaxPartBytes) return too_large(fmt::format("{} of {} bytes", bytes.size(), part.total));
+    if (bytes.empty() || bytes.size() > part.total) return damaged("it holds nothing, or more than the whole");
+    part.bytes.assign(bytes.begin(), bytes.end());
+    return part;
+}
+
 Bytes encode_manifest(const Manifest& manifest) {
     assert(manifest.actor.size() <= kMaxName && manifest.layers.size() <= kMaxLayers);
     ByteWriter out;

@@ -48,6 +48,8 @@ void write_body(ByteWriter& out, const Failure& failure);
 void write_body(ByteWriter& out, const Bye& bye);
 void write_body(ByteWriter& out, const Publish& publish);
 void write_body(ByteWriter& out, const Publishing& publishing);
+void write_body(ByteWriter& out, const WantPart& want);
+void write_body(ByteWriter& out, const BlobPart& part);
 
 Result<StreamHeader> read_header(ByteView body);
 Result<Catalogue> read_catalogue(ByteView body);
@@ -57,7 +59,8 @@ Result<End> read_end(ByteView body);
 Result<Index> read_index(ByteView body);
 Result<Trailer> read_trailer(ByteView body);
 Result<GroupStart> read_group_start(ByteView body);
-/// HELLO to PUBLISHING, of which none carries anything large.
+Result<BlobPart> read_blob_part(ByteView body);
+/// HELLO to WANT PART, of which none carries anything large.
 Result<Message> read_control(MessageType type, ByteView body);
 
 }  // namespace mien::protocol

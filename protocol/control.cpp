@@ -138,6 +138,13 @@ void write_body(ByteWriter& out, const Publishing& publishing) {
     out.varint(publishing.frames);
 }
 
+void write_body(ByteWriter& out, const WantPart& want) {
+    assert(want.bytes > 0 && want.bytes <= kMaxPartBytes && want.offset < kMaxMessageBytes + kMaxHeadBytes);
+    out.hash(want.hash);
+    out.varint(want.offset);
+    out.varint(want.bytes);
+}
+
 Result<Message> read_control(MessageType type, ByteView body) {
     ByteReader in(body);
     switch (type) {
@@ -203,6 +210,15 @@ Result<Message> read_control(MessageType type, ByteView body) {
             if (group > kMaxGroups || publishing.frames > std::uint64_t(kMaxTicks)) in.fail();
             publishing.group = static_cast<std::uint32_t>(group);
             return finish(in, publishing);
+        }
+        case MessageType::want_part: {
+            WantPart want;
+            want.hash = in.hash();
+            want.offset = in.varint();
+            const std::uint64_t bytes = in.varint();
+            if (want.offset >= kMaxMessageBytes + kMaxHeadBytes || bytes < 1 || bytes > kMaxPartBytes) in.fail();
+            want.bytes = static_cast<std::uint32_t>(bytes);
+            return finish(in, want);
         }
         default: return damaged("this type is no control message");
     }

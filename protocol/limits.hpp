@@ -13,6 +13,7 @@ inline constexpr std::size_t kMaxBlobs = 4096;                  // static blobs 
 inline constexpr std::size_t kMaxBlobBytes = 256u << 20;        // unpacked static blob: 40 float maps of 1024 x 1024 are 168 MB
 inline constexpr std::size_t kMaxObjectBytes = 64u << 20;       // one coded unit: a lossless 4096 x 4096 frame is below 50 MB
 inline constexpr std::size_t kMaxMessageBytes = kMaxBlobBytes + 4096;  // one message: a static blob or a group of objects
+inline constexpr std::size_t kMaxPartBytes = 1u << 15;          // of a static blob that comes in parts: what is due waits 2.6 s for one at 100 kbit/s
 inline constexpr std::size_t kMaxControlBytes = 1u << 18;       // a message to a server: WANT with kMaxBlobs hashes has 128 KiB
 inline constexpr std::size_t kMaxText = 1024;                   // bytes of UTF-8: a sentence or two for a person
 inline constexpr std::size_t kMaxCodecName = 32;                // bytes; "hevc", "mpeg4", ...

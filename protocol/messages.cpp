@@ -21,6 +21,7 @@ std::string_view plain_name(std::uint8_t type) {
         case MessageType::index: return "INDEX";
         case MessageType::trailer: return "TRAILER";
         case MessageType::group_start: return "GROUP START";
+        case MessageType::blob_part: return "BLOB PART";
         case MessageType::hello: return "HELLO";
         case MessageType::list: return "LIST";
         case MessageType::streams: return "STREAMS";
@@ -38,6 +39,7 @@ std::string_view plain_name(std::uint8_t type) {
         case MessageType::bye: return "BYE";
         case MessageType::publish: return "PUBLISH";
         case MessageType::publishing: return "PUBLISHING";
+        case MessageType::want_part: return "WANT PART";
         case MessageType::live_object: break;
     }
     return type >= 0x40 && type < 0x40 + kMaxSlots ? "LIVE OBJECT" : "";
@@ -72,6 +74,8 @@ MessageType type_of(const Failure&) { return MessageType::failure; }
 MessageType type_of(const Bye&) { return MessageType::bye; }
 MessageType type_of(const Publish&) { return MessageType::publish; }
 MessageType type_of(const Publishing&) { return MessageType::publishing; }
+MessageType type_of(const WantPart&) { return MessageType::want_part; }
+MessageType type_of(const BlobPart&) { return MessageType::blob_part; }
 
 template <class T>
 Result<Message> as_message(Result<T> result) {
@@ -93,6 +97,7 @@ Result<Message> parse_unnamed(std::uint8_t type, ByteView body) {
         case MessageType::index: return as_message(read_index(body));
         case MessageType::trailer: return as_message(read_trailer(body));
         case MessageType::group_start: return as_message(read_group_start(body));
+        case MessageType::blob_part: return as_message(read_blob_part(body));
         default: return read_control(static_cast<MessageType>(type), body);
     }
 }

@@ -20,7 +20,7 @@ namespace mien::protocol {
 /// Of HEADER and the model manifest, in files and on the wire. Other versions are refused by name.
 inline constexpr std::uint32_t kVersion = 4;
 /// Of HELLO: what a viewer, a publisher and a server say to each other, and when. Likewise.
-inline constexpr std::uint32_t kWireVersion = 4;
+inline constexpr std::uint32_t kWireVersion = 5;
 
 enum class MessageType : std::uint8_t {
     // What a stream is made of: in files and on the wire.
@@ -34,6 +34,7 @@ enum class MessageType : std::uint8_t {
     trailer = 0x07,
     // Only on the wire.
     group_start = 0x08,
+    blob_part = 0x09,
     hello = 0x20,
     list = 0x21,
     streams = 0x22,
@@ -51,12 +52,13 @@ enum class MessageType : std::uint8_t {
     bye = 0x2e,
     publish = 0x2f,
     publishing = 0x30,
+    want_part = 0x31,
     // 0x40 | slot: one object of a live stream.
     live_object = 0x40,
 };
 /// "GROUP", "LIVE OBJECT"; "message 0x7f" for what has no name.
 std::string name_of(std::uint8_t type);
-/// HELLO to PUBLISHING: short messages, the only ones that a server takes from a viewer.
+/// HELLO to WANT PART: short messages, the only ones that a server takes from a viewer.
 constexpr bool is_control(std::uint8_t type) { return type >= 0x20 && type < 0x40; }
 /// "shape", "motion basis", ...; empty for what is none.
 std::string_view name_of(BlobKind kind);
@@ -112,6 +114,17 @@ struct Open {
 /// Asks for the static blobs that the client does not hold; they come in this order.
 struct Want {
     std::vector<Hash> hashes;
+};
+/// Asks for some bytes of the BLOB message of one static blob, so that what is more urgent never waits for a whole one.
+struct WantPart {
+    Hash hash;
+    std::uint64_t offset = 0;      ///< bytes from the message's start
+    std::uint32_t bytes = 0;       ///< 1 .. kMaxPartBytes; fewer come at its end
+};
+/// The bytes that WANT PART asked for.
+struct BlobPart {
+    std::uint64_t total = 0;       ///< bytes of the whole BLOB message
+    Bytes bytes;                   ///< at least one
 };
 /// Starts playing from the group that contains `time`. `rate` in thousandths; 0: unpaced, as fast as the client takes it.
 struct Play {
@@ -177,7 +190,7 @@ struct Publishing {
 
 using Message = std::variant<StreamHeader, Catalogue, StaticBlob, Group, End, Index, Trailer, GroupStart, LiveBytes, Hello,
                              ListStreams, StreamList, Open, Want, Play, Playing, Pause, Seek, SetRate, Select, Ping, Pong,
-                             Failure, Bye, Publish, Publishing>;
+                             Failure, Bye, Publish, Publishing, WantPart, BlobPart>;
 
 /// A whole message: type, length and body. Static blobs are packed with zstd when that makes them smaller.
 Bytes encode(const Message& message);

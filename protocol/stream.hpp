@@ -126,7 +126,7 @@ struct Manifest {
     std::vector<Layer> layers;
 };
 
-/// The static blobs a stream needs before it plays, in the order in which they are worth fetching.
+/// The static blobs of a stream, in the order in which they are worth fetching; those without which it does not play are fetch_order()'s to find.
 struct Catalogue {
     std::vector<BlobInfo> blobs;
 };

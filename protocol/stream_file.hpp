@@ -60,6 +60,8 @@ public:
     Result<Bytes> blob(const Hash& hash) const;
     /// The BLOB message as stored, for sending on. Only its framing is checked.
     Result<Bytes> blob_message(const Hash& hash) const;
+    /// Up to `bytes` bytes of that message from `offset` on; the last ones where it ends, `invalid` behind its end.
+    Result<BlobPart> blob_part(const Hash& hash, std::uint64_t offset, std::uint32_t bytes) const;
 
     /// All groups, in file order: by group, then slot.
     const std::vector<IndexEntry>& index() const { return index_; }

@@ -140,6 +140,16 @@ Result<Bytes> StreamFileReader::blob_message(const Hash& hash) const {
     return read(found->second.offset, found->second.size);
 }
 
+Result<BlobPart> StreamFileReader::blob_part(const Hash& hash, std::uint64_t offset, std::uint32_t bytes) const {
+    const auto found = blobs_.find(hash);
+    if (found == blobs_.end())
+        return Error{ErrorCode::missing, fmt::format("the stream has no static blob {}", hash.hex().substr(0, 8))};
+    const std::uint64_t total = found->second.size;
+    if (offset >= total) return Error{ErrorCode::invalid, fmt::format("static blob {} has no byte {}", hash.hex().substr(0, 8), offset)};
+    MIEN_TRY(part, read(found->second.offset + offset, std::min<std::uint64_t>(bytes, total - offset)));
+    return BlobPart{total, std::move(part)};
+}
+
 Result<Bytes> StreamFileReader::blob(const Hash& hash) const {
     MIEN_TRY(bytes, blob_message(hash));
     auto message = parse_message(bytes);

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "core/image.hpp"
-#include "model/detail_layers.hpp"
+#include "render/detail_pictures.hpp"
 #include "render/gl.hpp"
 
 namespace mien::render {
@@ -13,8 +13,12 @@ namespace mien::render {
 /// the face is drawn.
 class DetailMap {
 public:
-    /// `still`: colour of what the albedo map does not cover, the size does not matter; null: the map's own resting colours, spread out.
-    DetailMap(const model::DetailLayers& layers, const Image* still);
+    /// `maps`: map_pictures() of the model.
+    DetailMap(const model::DetailModel& model, const std::vector<DetailPictures::Level>& maps);
+
+    /// Puts maps of the same model, with more stages, in the place of those that are drawn: `budget` bytes of them at most, which it counts down. True once
+    /// all are on the GPU; they are drawn from then on. False: call again, with the same maps, until it is true.
+    bool take(const std::vector<DetailPictures::Level>& maps, std::size_t& budget);
 
     bool has_albedo() const { return has_albedo_; }
     bool has_fine() const { return has_fine_; }
@@ -27,16 +31,21 @@ public:
     FloatMap read() const;   ///< 4 channels, for tests
 
 private:
+    /// Of a level, what changes with the stages of the maps.
+    struct Pictures {
+        gl::Texture coefficients, still, value;
+        gl::Framebuffer target;
+    };
     struct Level {
         int width = 0, height = 0;
-        gl::Texture domain, coefficients, still, value;
-        gl::Framebuffer target;
+        gl::Texture domain;
+        Pictures pictures;
         gl::Buffer squares;
         gl::VertexArray layout;
         GLsizei corner_count = 0;
     };
-    struct Texels;
-    void make_level(const Texels& texels, const FloatMap& still, int terms);
+    void make_level(const DetailPictures::Level& map);
+    static Pictures make_pictures(const DetailPictures::Level& map);
 
     bool has_albedo_ = false, has_fine_ = false;
     gl::Program program_;
@@ -44,6 +53,11 @@ private:
     GLuint parameters_buffer_ = 0;
     std::vector<Level> levels_;
     std::size_t shown_ = 0;
+    std::vector<Pictures> coming_;   // of take(): levels that have begun
+    struct {
+        std::size_t level = 0, picture = 0;   // a term, or `still` behind the last
+        int row = 0;
+    } taken_;                        // what take() goes on with
 };
 
 }  // namespace mien::render

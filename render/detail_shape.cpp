@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <utility>
 #include <vector>
 
 #include "embedded_mien_render.hpp"
@@ -87,13 +89,11 @@ void DetailShape::make_markers(const model::DetailLayers& layers) {
 }
 
 void DetailShape::make_moved(const model::DetailLayers& layers) {
-    const model::PolynomialMap& map = layers.model().medium;
     const model::DomainMap& domain = layers.model().medium_domain;
     std::vector<std::uint32_t> triangle(domain.size());
     for (const auto& run : domain.runs) std::fill(triangle.begin() + run.begin, triangle.begin() + run.end, run.triangle);
     std::vector<Moved> moved;
     std::vector<Texel> texels;
-    std::vector<float> coefficients;
     for (std::uint32_t v = 0; v < layers.model().neutral.vertex_count(); ++v) {
         const model::DomainSampler::Sample& sample = layers.medium_surface().sample(v);
         if (sample.count == 0) continue;
@@ -101,15 +101,24 @@ void DetailShape::make_moved(const model::DetailLayers& layers) {
         for (int k = 0; k < sample.count; ++k) {
             const std::uint32_t i = sample.texel[k];
             texels.push_back({sample.weight[k], triangle[i], domain.b1[i], domain.b2[i]});
-            for (int c = 0; c < map.channels; ++c)
-                for (int term = 0; term < model::term_count(map.order); ++term) coefficients.push_back(map.plane(c, term)[i]);
         }
         moved.push_back({v, begin, std::uint32_t(texels.size())});
     }
     moved_count_ = int(moved.size());
     moved_ = buffer_of(moved);
     texels_ = buffer_of(texels);
-    coefficients_ = buffer_of(coefficients);
+    coefficients_ = buffer_of(medium_coefficients(layers.model(), layers.medium_surface()));
+}
+
+bool DetailShape::take(const std::vector<float>& medium, std::size_t& budget) {
+    if (!coming_) coming_ = gl::make_buffer(sizeof medium[0] * medium.size());
+    const std::size_t now = std::min(medium.size() - taken_, budget / sizeof medium[0]);
+    glNamedBufferSubData(coming_.id(), GLintptr(sizeof medium[0] * taken_), GLsizeiptr(sizeof medium[0] * now), medium.data() + taken_);
+    budget -= sizeof medium[0] * now;
+    if ((taken_ += now) < medium.size()) return false;
+    coefficients_ = std::exchange(coming_, gl::Buffer());
+    taken_ = 0;
+    return true;
 }
 
 void DetailShape::form(const gl::Buffer& positions, const RigidPose& pose, bool medium) {

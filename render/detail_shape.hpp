@@ -1,7 +1,7 @@
 #pragma once
 
 #include "core/geometry.hpp"
-#include "model/detail_layers.hpp"
+#include "render/detail_pictures.hpp"
 #include "render/gl.hpp"
 
 namespace mien::render {
@@ -11,6 +11,9 @@ namespace mien::render {
 class DetailShape {
 public:
     explicit DetailShape(const model::DetailLayers& layers);
+
+    /// Puts medium_coefficients() of the same model, with more stages, in the place of those that are used; `budget` and result as DetailMap::take's.
+    bool take(const std::vector<float>& medium, std::size_t& budget);
 
     /// positions: V x 3 floats, posed by `pose`. Measures them, then moves them by the medium layer if it is wanted.
     void form(const gl::Buffer& positions, const RigidPose& pose, bool medium);
@@ -26,6 +29,8 @@ private:
     int marker_count_ = 0, triangle_count_ = 0, moved_count_ = 0;
     gl::Program deformation_program_, parameters_program_, medium_program_;
     gl::Buffer markers_, near_, triangles_, deformations_, parameters_, moved_, texels_, coefficients_;
+    gl::Buffer coming_;             // coefficients that are under way
+    std::size_t taken_ = 0;         // numbers of them that are there
 };
 
 }  // namespace mien::render

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -21,6 +22,8 @@
 
 namespace mien::render {
 namespace {
+
+constexpr std::size_t kTakenAtOnce = 4u << 20;   // bytes of refined maps a picture: a millisecond or two of copying
 
 std::string surface_defines(Surface surface) {
     return fmt::format(
@@ -51,7 +54,7 @@ struct FaceRenderer::State {
             make_casters();
         }
         if (model.detail && (model.detail->model().fine.texels > 0 || model.detail->model().albedo.texels > 0)) {
-            detail_map.emplace(*model.detail, model.static_albedo ? &*model.static_albedo : nullptr);
+            detail_map.emplace(model.detail->model(), map_pictures(model.detail->model(), model.static_albedo ? &*model.static_albedo : nullptr));
             pictured = model.static_albedo.has_value();
             texels_a_mm = float(model.detail->texels_a_mm());
         }
@@ -98,6 +101,12 @@ struct FaceRenderer::State {
         formed = steps;
     }
 
+    void take_pictures() {
+        std::size_t budget = kTakenAtOnce;
+        if (coming.maps && detail_map->take(coming.maps->maps, budget)) coming.maps.reset();
+        if (coming.medium && shape.detail()->take(coming.medium->medium, budget)) coming.medium.reset(), stale = true;
+    }
+
     /// Without a wall there is nothing to fade into.
     bool fades(const Look& look) const { return fade && look.lit && look.backdrop && !look.wireframe; }
 
@@ -119,6 +128,9 @@ struct FaceRenderer::State {
     gl::VertexArray layout, casters, any;
     std::optional<DetailMap> detail_map;
     float texels_a_mm = 0;
+    struct {
+        std::shared_ptr<const DetailPictures> maps, medium;
+    } coming;                              // of refine(), until it is drawn
     bool pictured = false;                 // the model has a picture of what its maps do not colour
     std::map<std::tuple<Surface, Albedo::Kind, bool>, gl::Program> programs;
     std::optional<PointCloud> points;
@@ -148,6 +160,14 @@ void FaceRenderer::set_positions(PointsRef positions, const RigidPose& pose) {
 void FaceRenderer::set_texture(const YuvView& picture) { state_->albedo.set(picture); }
 void FaceRenderer::set_texture(const Image& picture) { state_->albedo.set(picture); }
 void FaceRenderer::clear_texture() { state_->albedo.clear(); }
+
+void FaceRenderer::refine(std::shared_ptr<const DetailPictures> pictures) {
+    assert(!refining());
+    if (!pictures->maps.empty() && state_->detail_map) state_->coming.maps = pictures;
+    if (!pictures->medium.empty() && state_->shape.detail()) state_->coming.medium = std::move(pictures);
+}
+
+bool FaceRenderer::refining() const { return state_->coming.maps || state_->coming.medium; }
 
 void FaceRenderer::State::draw_batch(const Batch& batch, gl::Program& program) {
     program.use();
@@ -260,6 +280,7 @@ void FaceRenderer::State::draw_backdrop(const Camera& camera, const Look& look, 
 
 void FaceRenderer::draw(const Camera& camera, const Look& look, Target& target) {
     State& s = *state_;
+    s.take_pictures();
     s.form(look.steps);
     target.bind();
     glEnable(GL_FRAMEBUFFER_SRGB);

@@ -5,6 +5,7 @@
 #include "core/image.hpp"
 #include "model/face_model.hpp"
 #include "render/camera.hpp"
+#include "render/detail_pictures.hpp"
 #include "render/look.hpp"
 #include "render/target.hpp"
 
@@ -29,6 +30,11 @@ public:
     void set_texture(const YuvView& picture);
     void set_texture(const Image& picture);   ///< 1, 3 or 4 channels, rows from the top
     void clear_texture();
+
+    /// Takes over maps of the model's detail that have more stages than those that are drawn. They go to the GPU a few megabytes with each picture, so that none
+    /// waits for them, and are drawn from the first one on for which all are there. Only when not refining().
+    void refine(std::shared_ptr<const DetailPictures> pictures);
+    bool refining() const;   ///< some of what refine() was given is not drawn yet
 
     void draw(const Camera& camera, const Look& look, Target& target);
 

@@ -22,6 +22,7 @@ public:
 
     /// Of a model with detail: what its maps are functions of. Null without.
     const DetailShape* detail() const { return detail_ ? &*detail_ : nullptr; }
+    DetailShape* detail() { return detail_ ? &*detail_ : nullptr; }
 
     const gl::Buffer& positions() const { return positions_; }
     const gl::Buffer& normals() const { return normals_; }

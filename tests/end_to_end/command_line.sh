@@ -118,6 +118,7 @@ does "$bin/mien-play" --headless sounding.mien -o sounding.png --size 64x64 --st
 refuses "a time is" "$bin/mien-play" --headless sounding.mien -o x.png --start 1:75
 refuses "for the window" "$bin/mien-play" --headless sounding.mien -o x.png --pause
 refuses "for the window" "$bin/mien-play" --headless sounding.mien -o x.png --rung auto
+refuses "file has its whole model" "$bin/mien-play" --headless sounding.mien -o x.png --model-kb 100
 refuses "speed" "$bin/mien-play" sounding.mien --speed 40
 for key in "p pause" "9 0 volume" "l loop" "{ }" "- + rung" "F1 help"; do
     "$bin/mien-play" --help | grep -qF -- "$key" || complain "mien-play --help does not list '$key'"
@@ -250,6 +251,14 @@ server=$!
 for _ in $(seq 100); do grep -q 'listening on' serve.log && break; sleep 0.1; done
 port=$(sed -n 's/.*listening on mien:\/\/[^:]*:\([0-9]*\).*/\1/p' serve.log)
 refuses "port $port.*in use" "$bin/mien-serve" . --port "$port"
+# Without a window the whole model is drawn as from a file; a part of it when that was asked for.
+driven=mien://127.0.0.1:$port/driven
+does "$bin/mien-play" --headless "$driven" -o whole.png --size 160x160 --cache none --stats-json whole.json
+does "$bin/mien-play" --headless "$driven" -o part.png --size 160x160 --cache none --stats-json part.json --model-kb 0
+cmp -s driven.png whole.png || complain "the whole model from a server draws another picture than from a file"
+cmp -s part.png whole.png && complain "a part of the model draws the picture of the whole one"
+jq -es '.[0].model.bytes == .[0].model.of and .[1].model.bytes < .[1].model.of and .[1].startup_bytes < .[0].startup_bytes' whole.json part.json >/dev/null ||
+    complain "figures of a part of the model: $(cat part.json)"
 kill -TERM $server
 wait $server || complain "the server did not stop cleanly: $(cat serve.log)"
 

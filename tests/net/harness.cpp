@@ -39,9 +39,26 @@ bool send_all(int socket, ByteView bytes) {
     return true;
 }
 
+/// A listening socket on a free port, which comes back in `port`.
+int listen_on_any(std::uint16_t& port) {
+    const int listener = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    sockaddr_in address = loopback(0);
+    socklen_t size = sizeof address;
+    ::bind(listener, reinterpret_cast<const sockaddr*>(&address), size);
+    ::listen(listener, 16);
+    ::getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size);
+    port = ntohs(address.sin_port);
+    return listener;
+}
+
 }  // namespace
 
-RawSocket::RawSocket(std::uint16_t port) : socket_(connect_to(port)) {
+RawServer::RawServer() : listener_(listen_on_any(port_)) {}
+RawServer::~RawServer() { ::close(listener_); }
+RawSocket RawServer::accept() { return RawSocket(RawSocket::Accepted{::accept(listener_, nullptr, nullptr)}); }
+
+RawSocket::RawSocket(std::uint16_t port) : RawSocket(Accepted{connect_to(port)}) {}
+RawSocket::RawSocket(Accepted accepted) : socket_(accepted.socket) {
     const timeval patience{std::chrono::seconds(kPatience).count(), 0};
     ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
 }
@@ -81,14 +98,7 @@ void RawSocket::shrink_receive_buffer() {
     ::setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &small, sizeof small);
 }
 
-Proxy::Proxy(std::uint16_t target) : target_(target) {
-    listener_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    sockaddr_in address = loopback(0);
-    socklen_t size = sizeof address;
-    ::bind(listener_, reinterpret_cast<const sockaddr*>(&address), size);
-    ::listen(listener_, 16);
-    ::getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size);
-    port_ = ntohs(address.sin_port);
+Proxy::Proxy(std::uint16_t target) : listener_(listen_on_any(port_)), target_(target) {
     acceptor_ = std::thread([this] { accept(); });
 }
 

@@ -123,9 +123,45 @@ public:
     void shrink_receive_buffer();
 
 private:
+    friend class RawServer;
+    struct Accepted {
+        int socket;
+    };
+    explicit RawSocket(Accepted accepted);
+
     int socket_ = -1;
     Bytes buffer_;
 };
+
+/// A server that says whatever a test wants, to one viewer at a time.
+class RawServer {
+public:
+    RawServer();
+    ~RawServer();
+    RawServer(const RawServer&) = delete;
+    RawServer& operator=(const RawServer&) = delete;
+    std::uint16_t port() const { return port_; }
+    RawSocket accept();                         ///< waits for a viewer
+
+private:
+    std::uint16_t port_ = 0;
+    int listener_ = -1;
+};
+
+/// make_stream() with `count` refinements of `bytes` bytes each before its motion basis.
+inline Stream refined_stream(int seconds, int count, std::size_t bytes, std::size_t texture_bytes = 40) {
+    Stream stream = protocol::sample::make_stream(seconds, texture_bytes);
+    for (int r = 0; r < count; ++r)
+        stream.blobs.insert(stream.blobs.end() - 1, protocol::sample::make_blob(protocol::BlobKind::refinement, protocol::sample::noise(bytes, std::uint32_t(100 + r))));
+    return stream;
+}
+/// The refinements of a stream, in order.
+inline std::vector<protocol::StaticBlob> refinements_of(const Stream& stream) {
+    std::vector<protocol::StaticBlob> refinements;
+    for (const auto& blob : stream.blobs)
+        if (blob.kind == protocol::BlobKind::refinement) refinements.push_back(blob);
+    return refinements;
+}
 
 /// Stands between client and server, counts bytes, and cuts when told.
 class Proxy {
@@ -145,8 +181,9 @@ private:
     void accept();
     void pump(int from, int to, bool from_server);
 
+    std::uint16_t port_ = 0;
     int listener_ = -1;
-    std::uint16_t target_ = 0, port_ = 0;
+    std::uint16_t target_ = 0;
     std::atomic<bool> stop_ = false, frozen_ = false, refuse_ = false;
     std::atomic<std::uint64_t> cut_after_ = 0, throttle_ = 0;
     std::atomic<int> connections_ = 0;

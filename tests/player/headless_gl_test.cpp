@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/environment_error.hpp"
+#include "driven_stream.hpp"
 #include "io/image_file.hpp"
 #include "player/contact_sheet.hpp"
 #include "render/context.hpp"
@@ -79,6 +80,31 @@ TEST_F(HeadlessGLTest, ABenchmarkDrawsEveryFrameAndSaysWhatEachCosts) {
     for (const char* part : {"upload", "draw", "processor"}) EXPECT_GT(cost[part], 0) << part;
     const double sum = cost["wait"].get<double>() + cost["upload"].get<double>() + cost["draw"].get<double>();
     EXPECT_NEAR(sum, 1000 / json["frames_per_second"].get<double>(), 1e-6 * sum) << "nothing between the parts is left out";
+}
+
+TEST_F(HeadlessGLTest, APartOfTheModelDrawsItsPictureAndTheWholeOneDrawsAsAFileDoes) {
+    const net::harness::Served served(driven_stream());
+    struct Run {
+        Image picture{1, 1, 3};
+        nlohmann::json figures;
+    };
+    const auto run = [&](std::string input, std::optional<double> model_kb) {
+        options_.input = std::move(input);
+        options_.model_kb = model_kb;
+        options_.output = folder_.path() / "x.png";
+        EXPECT_EQ(run_headless(options_, steady_seconds()), 0);
+        std::ifstream file(options_.stats);
+        return Run{read(options_.output), nlohmann::json::parse(file)};
+    };
+    const std::string url = to_string(served.url());
+    const Run file = run((served.folder.path() / "take.mien").string(), {}), whole = run(url, {}), part = run(url, 0), most = run(url, 1e6);
+    EXPECT_EQ(whole.picture.pixels, file.picture.pixels);
+    EXPECT_EQ(most.picture.pixels, file.picture.pixels);
+    EXPECT_NE(part.picture.pixels, file.picture.pixels);
+    EXPECT_EQ(whole.figures["model"]["bytes"], whole.figures["model"]["of"]);
+    EXPECT_EQ(part.figures["model"]["bytes"], needed_bytes(served.stream)) << "and no more came while it was drawn";
+    EXPECT_LT(part.figures["startup_bytes"], whole.figures["startup_bytes"]);
+    EXPECT_GT(part.figures["startup_bytes"], part.figures["bytes"]["model"]);
 }
 
 TEST_F(HeadlessGLTest, WhatIsWrongIsAnExitCode) {

@@ -343,7 +343,7 @@ TEST(Messages, HelloAndBye) {
         0x20,                // type HELLO
         0x08,                // length 8
         'm', 'i', 'e', 'n',  // magic
-        0x04,                // version 4
+        0x05,                // version 5
         0x02, 'm', 'p',      // software
     }));
     expect_bytes(Bye{}, literal({
@@ -383,6 +383,27 @@ TEST(Messages, OpenAndWant) {
         0x41,  // length 65
         0x02,  // two static blobs
     }), counting(0x20), counting(0x40)}));
+    expect_bytes(WantPart{counting_hash(0x20), 200, 300}, join({literal({
+        0x31,  // type WANT PART
+        0x24,  // length 36
+    }), counting(0x20), literal({
+        0xc8, 0x01,  // from byte 200
+        0xac, 0x02,  // 300 bytes
+    })}));
+    expect_bytes(BlobPart{500, literal({1, 2, 3})}, literal({
+        0x09,        // type BLOB PART
+        0x05,        // length 5
+        0xf4, 0x03,  // of 500 bytes
+        1, 2, 3,     // the part
+    }));
+    EXPECT_EQ(parse_message(literal({0x09, 0x02, 0xf4, 0x03})).error().code, ErrorCode::damaged) << "an empty part";
+    EXPECT_EQ(parse_message(literal({0x09, 0x03, 0x01, 0x02, 0x03})).error().code, ErrorCode::damaged) << "more than the whole";
+    EXPECT_EQ(parse_message(literal({0x09, 0x06, 0xff, 0xff, 0xff, 0xff, 0x01, 0x00})).error().code, ErrorCode::limit_exceeded);
+    const auto want_part = [](std::initializer_list<int> rest) { return parse_message(join({literal({0x31, int(32 + rest.size())}), counting(0), literal(rest)})).ok(); };
+    EXPECT_TRUE(want_part({0x00, 0x80, 0x80, 0x02}));
+    EXPECT_FALSE(want_part({0x00, 0x00})) << "no byte at all";
+    EXPECT_FALSE(want_part({0x00, 0x81, 0x80, 0x02})) << "more than a part";
+    EXPECT_FALSE(want_part({0xff, 0xff, 0xff, 0xff, 0x01, 0x01})) << "behind the end of any message";
 }
 
 TEST(Messages, PlayPlayingPauseSeekRateSelect) {
@@ -499,7 +520,7 @@ TEST(Messages, EveryByteOfEveryKindMayBeWrong) {
     std::vector<Bytes> messages = {encode(stream.header), encode(Catalogue{{{counting_hash(1), BlobKind::eyes, 7}}}),
                                    encode(protocol::Index{{{0, 0, 0, 1, 100, 50}, {1, 0, 3, 2, 150, 9}}}), encode(Trailer{77}),
                                    encode(GroupStart{1, 2, 3, 4}), encode(Hello{kWireVersion, "abc"}),
-                                   encode(StreamList{{{"a", {30, 1}, 300, false}}}), encode(Want{{counting_hash(3)}}),
+                                   encode(StreamList{{{"a", {30, 1}, 300, false}}}), encode(Want{{counting_hash(3)}}), encode(WantPart{counting_hash(4), 5, 6}), encode(BlobPart{9, literal({7, 8})}),
                                    encode(Play{1, 2, 3}), encode(Failure{FailureCode::protocol, "why"})};
     for (const StaticBlob& blob : stream.blobs) messages.push_back(encode(blob));
     for (const Group& group : stream.groups) messages.push_back(encode(group));

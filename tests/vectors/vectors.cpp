@@ -100,6 +100,8 @@ Bytes make_conversation() {
     say(Failure{FailureCode::shutting_down, "good night"});
     say(Publish{"studio"});
     say(Publishing{10, 300});
+    say(WantPart{stream.blobs[0].hash, 20, 30});
+    say(BlobPart{120, noise(30, 13)});
     return all;
 }
 
