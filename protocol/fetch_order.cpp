@@ -13,8 +13,10 @@ std::size_t FetchOrder::within(std::uint64_t bytes) const {
 
 FetchOrder fetch_order(const Catalogue& catalogue) {
     FetchOrder order{catalogue.blobs, 0};
-    const auto refinements = std::ranges::stable_partition(order.blobs, [](const BlobInfo& blob) { return blob.kind != BlobKind::refinement; });
-    order.needed = order.blobs.size() - refinements.size();
+    // Not the one of std::ranges: clang 14 does not compile it.
+    const auto refinements = std::stable_partition(order.blobs.begin(), order.blobs.end(),
+                                                   [](const BlobInfo& blob) { return blob.kind != BlobKind::refinement; });
+    order.needed = std::size_t(refinements - order.blobs.begin());
     return order;
 }
 
