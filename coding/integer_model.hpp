@@ -190,6 +190,7 @@ private:
             mixed.logits[i] = tables_->logit[bits[mixed.at[i]].p >> 4];
             sum += std::int64_t(weights[i]) * mixed.logits[i];
         }
+        std::fill(mixed.logits.begin() + kInputs, mixed.logits.end(), 0);   // lanes without an input learn nothing
         const int mean = int(std::clamp<std::int64_t>(sum >> 16, -kMaxLogit, kMaxLogit));
         mixed.p = bounded(tables_->logistic[std::size_t(mean + kMaxLogit)]);
     }
