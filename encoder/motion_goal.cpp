@@ -149,6 +149,7 @@ void StepSearch::meet(bool from_within) {
     // Bits fall and errors grow with the step.
     const double direction = goal_.kbps ? -1 : 1;
     double step = step_, low = 0, high = 0, low_figure = 0, high_figure = 0;
+    double last_step = 0, last_ratio = 0;
     bool settled = false;
     for (int trial_number = 0; trial_number < kTrials; ++trial_number) {
         const Outcome outcome = attempt(step);
@@ -177,7 +178,11 @@ void StepSearch::meet(bool from_within) {
             if (std::abs(b - a) > 1e-6 && trial_number % 5 != 4) t = (aim - a) / (b - a);
             step = std::exp(std::log(low) + std::clamp(t, 0.05, 0.95) * (std::log(high) - std::log(low)));
         } else {
-            const double move = std::clamp(std::pow(ratio, direction > 0 ? -1.05 : 1.3), 0.1, 10.0);
+            // Most of the error may lie outside the components, and hardly answer to the step: then the step moves further.
+            double answer = 1;
+            if (last_step > 0) answer = std::clamp(std::log(ratio / last_ratio) / std::log(step / last_step) * direction, 0.1, 1.0);
+            const double move = std::clamp(std::pow(ratio, (direction > 0 ? -1.05 : 1.3) / answer), 0.1, 10.0);
+            last_step = step, last_ratio = ratio;
             step *= too_fine ? std::max(move, 1.02) : std::min(move, 0.98);
         }
         if (step > 1e6 || step < 1e-9) break;
