@@ -5,6 +5,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <iterator>
 
 namespace mien::player {
 namespace {
@@ -52,7 +53,7 @@ void Overlay::draw(const Content& content) {
     ImGui::NewFrame();
     const ImVec2 size = ImGui::GetIO().DisplaySize;
     const float margin = 10 * scale_;
-    if (!content.statistics.empty()) {
+    if (!content.statistics.empty() && !content.help) {   // the help would lie over them
         ImGui::SetNextWindowPos({margin, margin});
         ImGui::SetNextWindowBgAlpha(0.55f);
         ImGui::Begin("statistics", nullptr, kPlain);
@@ -61,13 +62,18 @@ void Overlay::draw(const Content& content) {
     }
     if (content.help) {
         ImGui::SetNextWindowPos({size.x / 2, size.y / 2}, ImGuiCond_Always, {0.5f, 0.5f});
-        ImGui::SetNextWindowBgAlpha(0.75f);
+        ImGui::SetNextWindowBgAlpha(0.8f);
         ImGui::Begin("help", nullptr, kPlain);
-        for (const auto& [key, meaning] : kHelp) {
-            ImGui::TextUnformatted(key);
-            ImGui::SameLine(110 * scale_);
-            ImGui::TextUnformatted(meaning);
-        }
+        // Two columns, so that all fits into a small window.
+        constexpr std::size_t kRows = (std::size(kHelp) + 1) / 2;
+        for (std::size_t row = 0; row < kRows; ++row)
+            for (std::size_t i = row; i < std::size(kHelp); i += kRows) {
+                const float left = float(i / kRows) * 300 * scale_;
+                if (i != row) ImGui::SameLine(left);
+                ImGui::TextUnformatted(kHelp[i][0]);
+                ImGui::SameLine(left + 110 * scale_);
+                ImGui::TextUnformatted(kHelp[i][1]);
+            }
         ImGui::End();
     }
     if (!content.message.empty()) {
