@@ -116,6 +116,66 @@ void time_decisions(MotionTimes& out, const encoder::EncodedMotion& motion, cons
     if (out.decisions > 0) out.decision = quantile(seconds, 0.5) / double(out.decisions);
 }
 
+/// The integers of a group of the transform scheme, in the order in which they are coded, with the contexts of each.
+struct CodedNumbers {
+    std::vector<coding::IntegerModel::Contexts> contexts;
+    std::vector<std::int32_t> values;
+    Bytes bytes;   ///< the same again, coded without anything between them
+
+    void record(coding::MotionFrames& frames, const protocol::Group& group, bool presence) {
+        frames.begin_group();
+        for (const protocol::Object& object : group.objects) {
+            coding::MeteredDecoder coder(object.bytes);
+            std::vector<std::uint8_t> present;
+            if (presence) frames.code_presence(coder, object.frames, present);
+            frames.begin_object(object.frames);
+            for (int c = 0; c < frames.layout().total() && !coder.failed(); ++c) {
+                int split = 0;
+                frames.code_channel(coder, c, object.frames, split, [](const coding::MotionFrames::Block&) {},
+                                    [&](int, const coding::IntegerModel::Contexts& now, auto&) { return contexts.push_back(now), 0; });
+                const auto numbers = frames.numbers(c, object.frames);
+                values.insert(values.end(), numbers.begin(), numbers.end());
+            }
+        }
+    }
+    void encode(coding::IntegerModel model) {
+        coding::RangeEncoder coder;
+        for (std::size_t i = 0; i < values.size(); ++i) model.code(coder, values[i], contexts[i]);
+        bytes = coder.finish();
+    }
+};
+
+void time_coder(MotionTimes& out, const encoder::EncodedMotion& motion, const encoder::TrainingTake& take, int rounds) {
+    coding::MotionFrames frames(take.basis, take.shape());
+    std::vector<CodedNumbers> groups(motion.groups.size());
+    for (std::size_t g = 0; g < groups.size(); ++g) groups[g].record(frames, motion.groups[g], take.info.has_presence);
+    frames.begin_group();
+    const coding::IntegerModel start = frames.model();
+    for (CodedNumbers& group : groups) group.encode(start);
+
+    std::vector<double> seconds;
+    for (int round = 0; round < rounds; ++round) {
+        double sum = 0;
+        out.coder_decisions = 0;
+        for (const CodedNumbers& group : groups) {
+            coding::IntegerModel model = start;
+            CountingDecoder coder(group.bytes);
+            std::int32_t value = 0, sink = 0;
+            sum += elapsed(CLOCK_THREAD_CPUTIME_ID, [&] {
+                for (const auto& contexts : group.contexts) {
+                    model.code(coder, value, contexts);
+                    sink ^= value;
+                }
+            });
+            for (const std::int32_t v : group.values) sink ^= v;
+            if (sink != 0 || coder.failed()) return;   // not the numbers that were written: no figure
+            out.coder_decisions += coder.count();
+        }
+        seconds.push_back(sum);
+    }
+    if (out.coder_decisions > 0) out.coder = quantile(seconds, 0.5) / double(out.coder_decisions);
+}
+
 Result<void> time_known(MotionTimes& out, const Clip& clip, const encoder::MotionOptions& options, const encoder::TrainingTake& take,
                         std::span<const Triangle> triangles, const Progress& progress) {
     encoder::LiveMotion live(take, options.reference ? *options.reference : Points(0, 3), {}, triangles, options.mirror);
@@ -162,6 +222,7 @@ Result<MotionTimes> time_motion(const Clip& clip, const encoder::MotionOptions& 
 
     set_thread_count(1);
     time_decisions(out, motion, take, rounds);
+    if (take.basis.scheme == coding::MotionScheme::transform) time_coder(out, motion, take, rounds);
     const auto done = time_known(out, clip, options, take, triangles, progress);
     set_thread_count(0);
     if (!done.ok()) return done.error();

@@ -21,6 +21,8 @@ struct MotionTimes {
     std::int64_t decisions = 0;   ///< binary ones, in all frames of the clip
     std::uint64_t frame_bytes = 0;
     double decision = 0;          ///< median processor s of reading one, with the predictions and transforms between them
+    std::int64_t coder_decisions = 0;   ///< those of them that are of coded integers; 0: not measured (`live`)
+    double coder = 0;             ///< median processor s of reading one of these by the entropy coder alone: contexts known, a group's model at hand
 };
 
 /// Trains on the clip, then codes its first `known` frames live with that basis, and reads the clip's numbers `rounds` times. The last two on

@@ -58,26 +58,28 @@ IntegerModel::IntegerModel(std::span<const int> context_counts, int mixer_sets, 
 template <std::size_t kInputs>
 [[gnu::target("avx2")]] void IntegerModel::learn_avx2(const Mixed& mixed, std::int32_t error, int bit, int limit, std::int32_t* weights, AdaptiveBit* bits) {
     static_assert(sizeof(AdaptiveBit) == sizeof(std::uint32_t) && std::endian::native == std::endian::little);
-    alignas(32) std::uint32_t words[kLanes] = {};   // p below, n above
-    for (std::size_t i = 0; i < kInputs; ++i) words[i] = std::bit_cast<std::uint32_t>(bits[mixed.at[i]]);
+    // Lane by lane into registers: a vector load of numbers that were just stored one by one waits for all of these stores.
+    const auto logit = [&](std::size_t i) { return i < kInputs ? mixed.logits[i] : 0; };
+    const auto entry = [&](std::size_t i) { return i < kInputs ? std::bit_cast<std::int32_t>(bits[mixed.at[i]]) : 0; };
+    const __m256i logits = _mm256_setr_epi32(logit(0), logit(1), logit(2), logit(3), logit(4), logit(5), logit(6), logit(7));
+    const __m256i word = _mm256_setr_epi32(entry(0), entry(1), entry(2), entry(3), entry(4), entry(5), entry(6), entry(7));   // p below, n above
 
     const auto at_weights = reinterpret_cast<__m256i*>(weights);
-    const __m256i logits = _mm256_load_si256(reinterpret_cast<const __m256i*>(mixed.logits.data()));
     const __m256i change = _mm256_srai_epi32(_mm256_mullo_epi32(_mm256_set1_epi32(error), logits), 16);
     const __m256i moved = _mm256_add_epi32(_mm256_loadu_si256(at_weights), change);
     _mm256_storeu_si256(at_weights, _mm256_min_epi32(_mm256_max_epi32(moved, _mm256_set1_epi32(-kMaxWeight)), _mm256_set1_epi32(kMaxWeight)));
 
     // AdaptiveBit::update. The rate is 131072 / (2 n + 3) rounded down: the quotient of floats never rounds up to an integer,
     // as it is at least 1 / (2 n + 3) below one, 128 times its own rounding.
-    const __m256i word = _mm256_load_si256(reinterpret_cast<const __m256i*>(words));
     const __m256i p = _mm256_and_si256(word, _mm256_set1_epi32(0xffff)), n = _mm256_srli_epi32(word, 16);
     const __m256i divisor = _mm256_add_epi32(_mm256_add_epi32(n, n), _mm256_set1_epi32(3));
     const __m256i rate = _mm256_cvttps_epi32(_mm256_div_ps(_mm256_set1_ps(131072), _mm256_cvtepi32_ps(divisor)));
-    const __m256i distance = _mm256_xor_si256(p, _mm256_set1_epi32(bit ? 0xffff : 0));
-    const __m256i step = _mm256_srli_epi32(_mm256_add_epi32(_mm256_mullo_epi32(distance, rate), _mm256_set1_epi32(bit ? 0 : 0xffff)), 16);
-    const __m256i flip = _mm256_set1_epi32(bit ? 0 : -1);
+    const __m256i flip = _mm256_set1_epi32(bit - 1), most = _mm256_set1_epi32(0xffff);   // flip: no bit of a one, all bits of a zero
+    const __m256i distance = _mm256_xor_si256(p, _mm256_andnot_si256(flip, most));
+    const __m256i step = _mm256_srli_epi32(_mm256_add_epi32(_mm256_mullo_epi32(distance, rate), _mm256_and_si256(flip, most)), 16);
     const __m256i next = _mm256_max_epi32(_mm256_add_epi32(p, _mm256_sub_epi32(_mm256_xor_si256(step, flip), flip)), _mm256_set1_epi32(1));
     const __m256i age = _mm256_sub_epi32(n, _mm256_cmpgt_epi32(_mm256_set1_epi32(limit), n));
+    alignas(32) std::uint32_t words[kLanes];
     _mm256_store_si256(reinterpret_cast<__m256i*>(words), _mm256_or_si256(next, _mm256_slli_epi32(age, 16)));
     for (std::size_t i = 0; i < kInputs; ++i) bits[mixed.at[i]] = std::bit_cast<AdaptiveBit>(words[i]);
 }

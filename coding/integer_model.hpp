@@ -129,8 +129,8 @@ private:
         std::uint32_t weights;
     };
     struct Mixed {
-        std::array<std::uint32_t, kLanes> at;
-        alignas(32) std::array<std::int32_t, kLanes> logits;
+        std::array<std::uint32_t, kMaxInputs> at;
+        std::array<std::int32_t, kMaxInputs> logits;
         std::size_t weights;
         Probability p;
     };
@@ -190,7 +190,6 @@ private:
             mixed.logits[i] = tables_->logit[bits[mixed.at[i]].p >> 4];
             sum += std::int64_t(weights[i]) * mixed.logits[i];
         }
-        std::fill(mixed.logits.begin() + kInputs, mixed.logits.end(), 0);   // lanes without an input learn nothing
         const int mean = int(std::clamp<std::int64_t>(sum >> 16, -kMaxLogit, kMaxLogit));
         mixed.p = bounded(tables_->logistic[std::size_t(mean + kMaxLogit)]);
     }
