@@ -89,13 +89,7 @@ HeadSurface::HeadSurface(const HeadProportions& proportions)
       side_z_(column(&Section::side_z)),
       back_y_(column(&Section::back_y)),
       back_z_(column(&Section::back_z)),
-      front_square_(column(&Section::square)),
-      nose_dy_({-60, -52, -48, -45, -42, -39, -36, -32, -20, 0, 20},
-               {0, 0, -0.4, -1.2, -2.0, -2.2, -1.4, -0.4, 0, 0, 0}),
-      nose_dz_({-62, -55, -50, -47, -44, -41, -38, -35, -31, -26, -18, -8, 0, 7, 14, 22},
-               {1.6, 2.6, 4.2, 6.9, 11.2, 15.8, 18.6, 19.4, 18.4, 16.4, 12.8, 8.0, 4.6, 2.4, 0.9, 0}),
-      nose_width_({-60, -50, -44, -38, -32, -24, -14, -4, 6, 16},
-                  {12, 10.5, 9.8, 10.2, 10.0, 8.8, 7.8, 7.2, 7.2, 8.5}) {}
+      front_square_(column(&Section::square)) {}
 
 Vec3d HeadSurface::loft(double phi, double t) const {
     const double c = std::cos(phi), s = std::sin(phi);
@@ -216,22 +210,7 @@ Vec3d HeadSurface::sculpt(const Vec3d& p) const {
           smooth_step(-66, -61, y);
     dz -= 2.2 * bell(x, y, 0, -86.5, 13, 4.5);
     dz += p_.chin * 3.0 * bell(x, y, 0, -101, 12, 8.5);
-    // Nose: a ridge of changing width, the tip, the wings.
-    const double width = nose_width_(y) * p_.nose_width;
-    const double ridge =
-        std::exp(-std::pow(x / width, 2.3)) * smooth_step(-66, -54, y) * smooth_step(24, 12, y);
-    dz += p_.nose * nose_dz_(y) * ridge;
-    double dy = nose_dy_(y) * ridge;
-    // The wings end sharply below and softly above; a groove parts them from the tip and from the cheek.
-    const double nw = p_.nose_width;
-    const double wing_y = y > -38.6 ? bell(y, -38.6, 5.2) : bell(y, -38.6, 3.1);
-    const double wing = bell(x, 13.2 * nw, 3.9) * wing_y;
-    dz += 10.0 * wing - 1.5 * bell(x, y, 9.4 * nw, -31.5, 2.6, 3.8) + 1.6 * bell(x, y, 0, -37.5, 6.4, 5.0);
-    dz += 2.2 * bell(x, y, 0, -45.8, 2.8, 2.6);  // columella
-    dx += 1.5 * wing;
-    dy -= 1.2 * wing;
-    dz -= 1.3 * bell(x, y, 19.0 * nw, -38.0, 2.4, 4.6);
-    out += facing * Vec3d(dx, dy, dz);
+    out += facing * (Vec3d(dx, 0, dz) + nose_offset(p_, x, y));
     // Lids: skin that lies on a ball a little larger than the eye, rising out of the orbit.
     const Vec3d e = eye_centre();
     const double ball = p_.eye_radius + mix(1.35, 1.75, smooth_step(-6, 3, y - p_.eye_y)),

@@ -25,6 +25,10 @@ struct HeadProportions {
 };
 HeadProportions head_proportions(std::uint64_t seed);
 
+/// How far the nose stands off the face without one, mm, at the frontal place (x, y), x >= 0. It goes forward, somewhat down and
+/// to the side, so that what looks down is no cliff.
+Vec3d nose_offset(const HeadProportions& proportions, double x, double y);
+
 /// The smooth skin without openings: a loft of tilted horizontal sections, with the face sculpted on its
 /// front. Mirror symmetric; every function but skewed() takes the left half (x >= 0, 0 <= phi <= pi).
 class HeadSurface {
@@ -65,7 +69,6 @@ private:
 
     HeadProportions p_;
     Spline front_y_, front_z_, half_width_, side_y_, side_z_, back_y_, back_z_, front_square_;
-    Spline nose_dy_, nose_dz_, nose_width_;
 };
 
 }  // namespace mien::samples
