@@ -39,11 +39,11 @@ public:
     double distance(const Vec3d& p) const {
         const double x = std::abs(p.x()), y = p.y();
         // The bridge with its sides: a ridge that runs out into the tip.
-        const double ridge = height_(y) * std::exp(-std::pow(x / width_(y), 2.3)) * smooth_step(-45, -33, y);
+        const double ridge = height_(y) * std::exp(-std::pow(x / width_(y), 1.9)) * smooth_step(-45, -33, y);
         double d = smooth_min(p.z(), 0.55 * (p.z() - ridge), 1.5);
         const Vec3d q(x, y, p.z());
-        d = smooth_min(d, ellipsoid(q, {0, -36.4, 10.6}, {8.4, 7.2, 9.8}), 4.5);     // tip
-        d = smooth_min(d, ellipsoid(q, {6.4, -39.6, 6.0}, {5.0, 4.6, 7.5}), 2.5);    // round the vestibule
+        d = smooth_min(d, ellipsoid(q, {0, -37.0, 10.6}, {8.2, 7.6, 9.8}), 4.5);     // tip
+        d = smooth_min(d, ellipsoid(q, {6.4, -39.0, 6.0}, {4.6, 4.4, 7.0}), 2.5);    // round the vestibule
         d = smooth_min(d, ellipsoid(q, {11.4, -37.6, 4.0}, {5.2, 6.0, 6.6}), 2.2);   // wing
         d = smooth_min(d, chain(q, kColumella), 2.6);
         d = smooth_min(d, chain(q, kRim), 2.0);
@@ -52,7 +52,7 @@ public:
 
 private:
     // Round the nostril: from the sill over the foot of the wing to the side of the tip.
-    static constexpr std::array<Ball, 5> kRim{{{3.0, -45.4, -0.4, 2.1}, {8.0, -43.8, -0.4, 2.2}, {12.4, -41.4, 0.4, 3.2}, {12.6, -40.0, 4.8, 3.7}, {6.5, -39.2, 11.8, 3.7}}};
+    static constexpr std::array<Ball, 5> kRim{{{3.0, -45.4, -0.4, 2.1}, {8.0, -43.8, -0.4, 2.2}, {12.0, -41.2, 0.4, 3.1}, {12.0, -39.4, 4.8, 3.5}, {6.8, -38.0, 11.4, 3.7}}};
     static constexpr std::array<Ball, 2> kColumella{{{0, -45.4, 0.0, 2.6}, {0, -40.9, 12.5, 2.9}}};
     Spline height_{{-46, -38, -31, -26, -18, -8, 0, 7, 14, 22, 30}, {17.0, 18.2, 17.6, 16.0, 12.6, 8.0, 4.6, 2.4, 0.9, 0, 0}};
     Spline width_{{-46, -38, -32, -24, -14, -4, 6, 16}, {10.5, 10.2, 9.8, 8.8, 7.8, 7.2, 7.2, 8.5}};
