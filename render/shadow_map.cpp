@@ -44,7 +44,7 @@ void ShadowMap::draw(const gl::VertexArray& casters, GLsizei index_count, const 
     program_.set("light_projection", projection);
     program_.use();
     glEnable(GL_POLYGON_OFFSET_FILL);
-    glPolygonOffset(1.5f, 2.0f);
+    glPolygonOffset(2.0f, 2.0f);
     glDrawElements(GL_TRIANGLES, index_count, GL_UNSIGNED_INT, nullptr);
     glDisable(GL_POLYGON_OFFSET_FILL);
     glBindTextureUnit(3, depth_.id());

@@ -122,7 +122,7 @@ float lobe(float sharpness, float cosine) { return exp2(1.442695 * sharpness * (
 // has no say there, and is not asked.
 float key_visibility(float facing) {
     if (shadows == 0 || facing <= 0.0) return 1.0;
-    const float reach = 3.0 / 1024.0;
+    const float reach = 2.5 / 1024.0;
     float sum = texture(shadow_map, light_place + vec3(reach, 0.4 * reach, 0));
     sum += texture(shadow_map, light_place + vec3(-0.4 * reach, reach, 0));
     sum += texture(shadow_map, light_place + vec3(-reach, -0.4 * reach, 0));

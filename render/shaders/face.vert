@@ -34,7 +34,7 @@ void main() {
 #if SURFACE == TEETH && defined(ALBEDO_MAP)
     const float off = 0.2;   // shut lips are no farther off than that
 #else
-    const float off = 0.8;
+    const float off = 1.1;
 #endif
     // The sides of nose and lips face a light behind the head, but the cheeks are in its way: it reaches what the head as a
     // whole turns to it.
