@@ -206,7 +206,7 @@ Vec3d HeadSurface::sculpt(const Vec3d& p) const {
     dz += 1.3 * bell(y, upper_border(x) + 0.3, 2.8) * smooth_step(26, 8, x) + 0.8 * bell(y, lower_border(x), 2.4) * smooth_step(24, 8, x);
     // Corners of the mouth lie in a dimple between fuller cheek and chin.
     dz += 1.1 * bell(x, y, 33, -70, 5, 9) - 0.9 * bell(x, y, 27.5 * p_.mouth, -70, 2.6, 4);
-    dz += (0.8 * bell(x, 4.6, 1.9) - 1.0 * bell(x, 0, 2.4)) * smooth_step(-47, -52, y) *
+    dz += (0.55 * bell(x, 4.8, 2.3) - 0.75 * bell(x, 0, 2.7)) * smooth_step(-47, -52, y) *
           smooth_step(-66, -61, y);
     dz -= 2.2 * bell(x, y, 0, -86.5, 13, 4.5);
     dz += p_.chin * 3.0 * bell(x, y, 0, -101, 12, 8.5);
