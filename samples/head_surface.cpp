@@ -185,6 +185,7 @@ Vec3d HeadSurface::sculpt(const Vec3d& p) const {
     dz -= 8.0 * bell(x, y, 18, 2, 7.0, 9);
     dz -= 5.6 * bell(x, y, 33, 8, 11, 6);
     dz -= 2.0 * bell(x, y, 29, -13, 12, 6);
+    dz += 2.2 * bell(x, y, 29, 12, 13, 4);  // fuller again over the upper lid's crease
     // Brow ridge and the bump over the nose.
     dz += p_.brow * 2.4 * bell(x, y, 24, 19, 12, 6) + 0.9 * bell(x, y, 0, 20, 9, 8);
     dz += 1.0 * bell(x, y, 40, 19, 10, 6);
