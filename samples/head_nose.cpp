@@ -36,10 +36,11 @@ double chain(const Vec3d& p, const std::array<Ball, N>& balls) {
 /// Signed distance (about) to the left half of a nose on a flat face: x from the midline, y up, h out of the face.
 class Nose {
 public:
-    double distance(const Vec3d& p) const {
+    /// `bridge`: how far it is humped, mm.
+    double distance(const Vec3d& p, double bridge) const {
         const double x = std::abs(p.x()), y = p.y();
         // The bridge with its sides: a ridge that runs out into the tip.
-        const double ridge = height_(y) * std::exp(-std::pow(x / width_(y), 1.9)) * smooth_step(-45, -33, y);
+        const double ridge = (height_(y) + bridge * bell(y, -12, 8)) * std::exp(-std::pow(x / width_(y), 1.9)) * smooth_step(-45, -33, y);
         double d = smooth_min(p.z(), 0.55 * (p.z() - ridge), 1.5);
         const Vec3d q(x, y, p.z());
         d = smooth_min(d, ellipsoid(q, {0, -37.0, 10.6}, {8.2, 7.6, 9.8}), 4.5);     // tip
@@ -68,7 +69,8 @@ Vec3d nose_offset(const HeadProportions& proportions, double x, double y) {
     const Vec3d way(0.5 * smooth_step(9, 17, x) * smooth_step(30, 20, x), -below, 1);
     const auto distance = [&](double s) {
         const Vec3d p = Vec3d(x, y, 0) + s * way;
-        return nose.distance({p.x() / proportions.nose_width, p.y(), p.z() / proportions.nose});
+        const double turned = proportions.nose_tip * smooth_step(4, 19, p.z());
+        return nose.distance({p.x() / proportions.nose_width, p.y() - turned, p.z() / proportions.nose}, proportions.nose_bridge);
     };
     double s = 32;
     for (int i = 0; i < 200; ++i) {

@@ -65,7 +65,7 @@ HeadProportions head_proportions(std::uint64_t seed) {
     p.width = vary(0.025);
     p.jaw = vary(0.05);
     p.nose = vary(0.10);
-    p.nose_width = vary(0.09);
+    p.nose_width = vary(0.12);
     p.lips = vary(0.18);
     p.mouth = vary(0.05);
     p.chin = vary(0.25);
@@ -77,6 +77,8 @@ HeadProportions head_proportions(std::uint64_t seed) {
     p.chin_aside = aside(0.9);
     p.mouth_tilt = aside(0.5);
     p.brow_tilt = aside(0.8);
+    p.nose_tip = aside(1.8);
+    p.nose_bridge = aside(1.4);
     return p;
 }
 

@@ -16,6 +16,7 @@ using Vec2d = Eigen::Vector2d;
 struct HeadProportions {
     double width = 1, jaw = 1, nose = 1, nose_width = 1, lips = 1, mouth = 1, chin = 1, brow = 1,
            eye_opening = 1;
+    double nose_tip = 0, nose_bridge = 0;  ///< how far the tip is turned up, how far the bridge is humped
     double nose_aside = 0, chin_aside = 0, mouth_tilt = 0,
            brow_tilt = 0;  ///< what makes left and right differ
     double eye_x = 31.5;   ///< half the distance of the pupils
