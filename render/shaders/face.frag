@@ -243,7 +243,7 @@ void main() {
     const vec3 band0 = vec3(0.012 * lobe(70.0, sine.x)) + 0.9 * base * lobe(16.0, sine2.x);
     const vec3 band2 = vec3(0.020 * lobe(40.0, sine.y)) + 0.9 * base * lobe(16.0, sine2.y);
     const vec3 bands = light_colour[0] * visible * lit_side[0] * band0 + light_colour[2] * lit_side[2] * band2;
-    shine = mix(shine, bands, smoothstep(0.22, 0.09, base.g));   // between the first hairs skin shows
+    shine = mix(shine, bands, smoothstep(0.36, 0.20, base.r));   // between the first hairs skin shows; red tells even the darkest from hair
 #endif
     sum += specular * shine;
     cover = smoothstep(0.0, 1.0, dot(part_left, vec4(position, 1)));
