@@ -53,7 +53,11 @@ public:
 
 private:
     // Round the nostril: from the sill over the foot of the wing to the side of the tip.
-    static constexpr std::array<Ball, 5> kRim{{{3.0, -45.4, -0.4, 2.1}, {8.2, -43.0, 0.2, 2.6}, {12.0, -41.2, 0.4, 3.1}, {12.0, -39.4, 4.8, 3.5}, {6.8, -38.0, 11.4, 3.7}}};
+    static constexpr std::array<Ball, 5> kRim{{{3.0, -45.4, -0.4, 2.1},
+                                               {8.2, -43.0, 0.2, 2.6},
+                                               {12.0, -41.2, 0.4, 3.1},
+                                               {12.0, -39.4, 4.8, 3.5},
+                                               {6.8, -38.0, 11.4, 3.7}}};
     static constexpr std::array<Ball, 2> kColumella{{{0, -45.4, 0.0, 2.6}, {0, -40.9, 12.5, 2.9}}};
     Spline height_{{-46, -38, -31, -26, -18, -8, 0, 7, 14, 22, 30}, {17.0, 18.2, 17.6, 16.0, 12.6, 8.0, 4.6, 2.4, 0.9, 0, 0}};
     Spline width_{{-46, -38, -32, -24, -14, -4, 6, 16}, {10.5, 10.2, 9.8, 8.8, 7.8, 7.2, 7.2, 8.5}};
