@@ -191,9 +191,9 @@ void FaceRenderer::State::draw_face(const Camera& camera, const Look& look, cons
         part_left << up, -up.dot(shape.pose().translation) - fade->gone / (fade->whole - fade->gone);
     }
     Eigen::Matrix4f light_projection = Eigen::Matrix4f::Identity();
+    const Vec3 centre = shape.pose().apply(box.center());
     if (shadowed) {
         if (!shadow) shadow.emplace();
-        const Vec3 centre = shape.pose().apply(box.center());
         light_projection = ShadowMap::projection(look.lighting.lights[0].towards, centre, box.diagonal().norm() * 0.55f);
         shadow->draw(casters, index_count, light_projection);
         target.bind();
@@ -216,6 +216,7 @@ void FaceRenderer::State::draw_face(const Camera& camera, const Look& look, cons
         if (fine || coloured) detail_map->bind(2);
         p.set("view_projection", view_projection);
         p.set("light_projection", light_projection);
+        p.set("middle", centre);
         p.set("head_rotation", Eigen::Matrix3f(shape.pose().rotation.toRotationMatrix()));
         p.set("head_translation", shape.pose().translation);
         p.set("eye", camera.eye);

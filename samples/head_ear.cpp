@@ -20,7 +20,7 @@ double outline(double psi) {
 /// behind, and comes home in the lobe.
 double protrusion(double psi) {
     static const Spline rim({-90, -60, -30, 0, 30, 60, 90, 120, 150, 180, 210, 240, 270, 300, 330, 360, 390},
-                            {12.0, 5.5, 2.5, 2.5, 4.5, 7.5, 11.5, 15.5, 18.0, 19.0, 19.0, 17.0, 12.0, 5.5, 2.5, 2.5, 4.5});
+                            {6.5, 3.5, 2.5, 2.5, 4.5, 7.5, 11.0, 14.5, 16.5, 17.0, 16.0, 12.0, 6.5, 3.5, 2.5, 2.5, 4.5});
     double degrees = psi * 180 / pi;
     degrees -= 360 * std::floor(degrees / 360);
     return rim(degrees);

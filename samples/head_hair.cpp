@@ -18,7 +18,7 @@ double hair_lift(const Vec3d& p) {
     thick *= 1 + 0.10 * top * front * std::tanh((24 - x) / 10);
     // Locks: noise drawn out along the way they are combed.
     const Vec3 lock(float((z + 0.25 * x) / 11), float(y / 26), float((x + 0.3 * y) / 40));
-    thick *= 1 + 0.34 * top * fractal_noise(lock, 2, 4711) + 0.10 * fractal_noise((p / 9).cast<float>(), 1, 4712);
+    thick *= 1 + 0.24 * top * fractal_noise(lock, 2, 4711) + 0.10 * fractal_noise((p / 9).cast<float>(), 1, 4712);
     // It rises from the scalp over the forehead, where an edge would look like a cap's brim.
     return std::max(thick, 1.0) * smooth_step(0, mix(12, 30, front), inside);
 }

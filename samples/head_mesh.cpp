@@ -106,7 +106,7 @@ HeadMesh make_head_mesh(const HeadSurface& surface) {
         };
         for (int i = 0; i <= 12; ++i) {
             const double q = i / 12.0;
-            const double x = mix(12.5, 52, q), y = 19.8 + 4.8 * std::sin(pi * std::pow(q, 1.5)) - 3.0 * q * q;
+            const double x = mix(12.5, 52, q), y = 19.6 + 3.8 * std::sin(pi * std::pow(q, 1.35)) - 2.6 * q * q;
             marks.brow[side].push_back(mirrored(surface.front(x, y)));
         }
         const auto& margin = head.lids[side].rings[HeadMesh::kLidMargin];

@@ -70,7 +70,7 @@ void add_arch(HeadMeshBuilder& builder, VertexRange& range, bool upper) {
                                             {0.7, 0.9, 0.9, 0},
                                             {0.05, 0.0, 0.7, -0.5},
                                             {-1.1, 0.5, -0.2, -0.5},
-                                            {-4.2, 8.5, -0.5, 0},
+                                            {-3.8, 7.2, -0.5, 0},
                                             {-5.2, 16, 0, 0}}};
     const Vec2d chart = upper ? Vec2d(0.19, 0.945) : Vec2d(0.51, 0.945);
     const Vec2d chart_size(0.30, 0.045);
@@ -176,9 +176,9 @@ void add_teeth(const HeadSurface&, HeadMeshBuilder& builder, HeadMesh& head) {
     const auto place = [](double polar, double a) {
         // An egg lying from the throat to behind the lower incisors, grooved along its middle.
         const double f = std::cos(polar), s = std::sin(polar);
-        const double x = 17.5 * std::pow(s, 0.8) * std::cos(a), up = std::sin(a);
+        const double x = 19.0 * std::pow(s, 0.8) * std::cos(a), up = std::sin(a);
         return Vec3d(
-            x, -79.5 + 6.0 * s * up - 3 * square(1 - f) * 0.5 + (up > 1e-9 ? -1.4 * bell(x, 0, 3) * s : 0.0),
+            x, -78.0 + 6.5 * s * up - 3 * square(1 - f) * 0.5 + (up > 1e-9 ? -1.4 * bell(x, 0, 3) * s : 0.0),
             65 + 23 * f);
     };
     for (int r = 1; r < kRings; ++r) {

@@ -271,16 +271,19 @@ void add_nostril(SkinGrid& grid, HeadMeshBuilder& builder, const Rect& rect, int
     Vec3d deep = (builder.position(border[border.size() / 4].first) -
                   builder.position(border[3 * border.size() / 4].first));
     deep = (deep - deep.dot(across) * across).normalized();
-    constexpr double kRound[] = {0.6, 1, 1, 1}, kScale[] = {1.0, 0.9, 0.8, 0.6},
-                     kDepth[] = {0.0, 0.9, 3.8, 6.5}, kChart[] = {0.8, 0.64, 0.48, 0.3};
+    // Longer than wide, their front ends nearer to each other.
+    constexpr double kTurn = 0.42;
+    const Vec3d wide = std::cos(kTurn) * across + std::sin(kTurn) * deep, ahead = std::cos(kTurn) * deep - std::sin(kTurn) * across;
+    constexpr double kRound[] = {0.75, 1, 1, 1}, kScale[] = {1.0, 0.9, 0.8, 0.6}, kOnSkin[] = {1, 0.8, 0.4, 0},
+                     kDepth[] = {0.1, 1.0, 3.8, 6.5}, kChart[] = {0.8, 0.64, 0.48, 0.3};
     for (int r = 0; r < 4; ++r) {
         std::vector<Corner> ring;
         for (const Corner& c : border) {
-            const Vec3d flat = builder.position(c.first) - centre;
-            const double a = std::atan2(flat.dot(deep) / 3.4, flat.dot(across) / 3.4);
-            const Vec3d oval = 3.8 * std::cos(a) * across + 2.9 * std::sin(a) * deep;
-            const Vec3d p =
-                centre + kScale[r] * (0.85 * (1 - kRound[r]) * flat + kRound[r] * oval) + kDepth[r] * up;
+            const Vec3d off = builder.position(c.first) - centre, flat = off.dot(across) * across + off.dot(deep) * deep;
+            const double a = std::atan2(off.dot(ahead) / 5.0, off.dot(wide) / 3.3);
+            const Vec3d oval = 2.5 * std::cos(a) * wide + 4.1 * std::sin(a) * ahead;
+            const Vec3d p = centre + kScale[r] * (0.85 * (1 - kRound[r]) * flat + kRound[r] * oval) +
+                            kOnSkin[r] * (off - flat) + kDepth[r] * up;
             ring.push_back(builder.corner(p, middle + kChart[r] * (builder.uv(c.second) - middle)));
         }
         grid.band(Surface::skin, outer, ring, mirror);
@@ -456,8 +459,8 @@ void add_skin(const HeadSurface& surface, HeadMeshBuilder& builder, HeadMesh& he
     const double e = HeadProportions{}.eye_x;
     const Rect eye{grid.column_at(e - 21), grid.column_at(e + 22), grid.row_at(-19),
                    even(grid.row_at(-19), grid.row_at(17))};
-    const Rect nostril{grid.column_at(3.2), grid.column_at(10.9), grid.row_at(-47.2),
-                       even(grid.row_at(-47.2), grid.row_at(-42.4))};
+    const Rect nostril{grid.column_at(3.2), grid.column_at(10.9), grid.row_at(-45.5),
+                       even(grid.row_at(-45.5), grid.row_at(-40.7))};
     const Rect ear{grid.column_at(100), grid.column_at(148), grid.row_at(-98),
                    even(grid.row_at(-98), grid.row_at(20))};
     builder.part("skin");

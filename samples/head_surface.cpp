@@ -15,15 +15,15 @@ constexpr Section kSections[] = {
     {-190, -182, 45, 90, -166, -24, -148, -88, 0.00},  // where the shoulders begin
     {-176, -164, 43.5, 71, -150, -21, -128, -79, 0.00},
     {-162, -147, 44, 59, -133, -18, -108, -72, 0.00},
-    {-146, -129, 47.5, 53, -108, -15, -86, -67, 0.03},  // throat
-    {-132, -121.5, 57, 52.5, -90, -12, -70, -67, 0.04},   // under the chin
-    {-121, -117.5, 77, 53.5, -79, -7, -58, -70, 0.08},
-    {-112, -111.5, 91, 55.5, -69, -4, -49, -74, 0.12},  // border of the jaw
-    {-101, -101, 96.5, 58.5, -57, -3, -38, -80, 0.16},  // pogonion
-    {-87, -87, 97.5, 61.5, -45, -3, -29, -86, 0.22},
-    {-70, -70, 100.5, 64.5, -34, -3, -20, -90, 0.27},  // mouth
-    {-50, -50, 101.0, 67, -23, -3, -10, -93, 0.31},
-    {-30, -30, 97, 69.5, -10, -2, 2, -95.5, 0.33},  // cheek bones
+    {-146, -129, 47.5, 52, -108, -15, -86, -67, 0.03},  // throat
+    {-132, -121.5, 57, 51.0, -90, -12, -70, -67, 0.04},   // under the chin
+    {-121, -117.5, 77, 51.5, -79, -7, -58, -70, 0.08},
+    {-112, -111.5, 91, 53.0, -69, -4, -49, -74, 0.12},  // border of the jaw
+    {-101, -101, 96.5, 55.0, -57, -3, -38, -80, 0.16},  // pogonion
+    {-87, -87, 97.5, 58.7, -45, -3, -29, -86, 0.22},
+    {-70, -70, 100.5, 62.2, -34, -3, -20, -90, 0.27},  // mouth
+    {-50, -50, 101.0, 66.0, -23, -3, -10, -93, 0.31},
+    {-30, -30, 97, 68.5, -10, -2, 2, -95.5, 0.33},  // cheek bones
     {-10, -10, 92.5, 71, 3, -3, 14, -97, 0.29},
     {8, 8, 92, 72, 16, -6, 26, -97, 0.22},  // nasion
     {25, 25, 96, 73, 30, -9, 38, -96, 0.17},  // brow
@@ -65,7 +65,7 @@ HeadProportions head_proportions(std::uint64_t seed) {
     p.width = vary(0.025);
     p.jaw = vary(0.05);
     p.nose = vary(0.10);
-    p.nose_width = vary(0.09);
+    p.nose_width = vary(0.12);
     p.lips = vary(0.18);
     p.mouth = vary(0.05);
     p.chin = vary(0.25);
@@ -77,6 +77,8 @@ HeadProportions head_proportions(std::uint64_t seed) {
     p.chin_aside = aside(0.9);
     p.mouth_tilt = aside(0.5);
     p.brow_tilt = aside(0.8);
+    p.nose_tip = aside(1.8);
+    p.nose_bridge = aside(1.4);
     return p;
 }
 
@@ -89,13 +91,7 @@ HeadSurface::HeadSurface(const HeadProportions& proportions)
       side_z_(column(&Section::side_z)),
       back_y_(column(&Section::back_y)),
       back_z_(column(&Section::back_z)),
-      front_square_(column(&Section::square)),
-      nose_dy_({-60, -52, -48, -45, -42, -39, -36, -32, -20, 0, 20},
-               {0, 0, -0.4, -1.2, -2.0, -2.2, -1.4, -0.4, 0, 0, 0}),
-      nose_dz_({-62, -55, -50, -47, -44, -41, -38, -35, -31, -26, -18, -8, 0, 7, 14, 22},
-               {1.6, 2.6, 4.2, 6.9, 11.2, 15.8, 18.6, 19.4, 18.4, 16.4, 12.8, 8.0, 4.6, 2.4, 0.9, 0}),
-      nose_width_({-60, -50, -44, -38, -32, -24, -14, -4, 6, 16},
-                  {12, 10.5, 9.8, 10.2, 10.0, 8.8, 7.8, 7.2, 7.2, 8.5}) {}
+      front_square_(column(&Section::square)) {}
 
 Vec3d HeadSurface::loft(double phi, double t) const {
     const double c = std::cos(phi), s = std::sin(phi);
@@ -188,9 +184,10 @@ Vec3d HeadSurface::sculpt(const Vec3d& p) const {
     if (facing <= 0) return out;
     double dx = 0, dz = 0;
     // Orbits: deep beside the nose and under the brow.
-    dz -= 9.3 * bell(x, y, 18, 3, 6.5, 9);
-    dz -= 6.5 * bell(x, y, 33, 8, 11, 6);
+    dz -= 8.0 * bell(x, y, 18, 2, 7.0, 9);
+    dz -= 5.6 * bell(x, y, 33, 8, 11, 6);
     dz -= 2.0 * bell(x, y, 29, -13, 12, 6);
+    dz += 2.2 * bell(x, y, 29, 12, 13, 4);  // fuller again over the upper lid's crease
     // Brow ridge and the bump over the nose.
     dz += p_.brow * 2.4 * bell(x, y, 24, 19, 12, 6) + 0.9 * bell(x, y, 0, 20, 9, 8);
     dz += 1.0 * bell(x, y, 40, 19, 10, 6);
@@ -212,26 +209,11 @@ Vec3d HeadSurface::sculpt(const Vec3d& p) const {
     dz += 1.3 * bell(y, upper_border(x) + 0.3, 2.8) * smooth_step(26, 8, x) + 0.8 * bell(y, lower_border(x), 2.4) * smooth_step(24, 8, x);
     // Corners of the mouth lie in a dimple between fuller cheek and chin.
     dz += 1.1 * bell(x, y, 33, -70, 5, 9) - 0.9 * bell(x, y, 27.5 * p_.mouth, -70, 2.6, 4);
-    dz += (0.8 * bell(x, 4.6, 1.9) - 1.0 * bell(x, 0, 2.4)) * smooth_step(-47, -52, y) *
+    dz += (0.55 * bell(x, 4.8, 2.3) - 0.75 * bell(x, 0, 2.7)) * smooth_step(-47, -52, y) *
           smooth_step(-66, -61, y);
     dz -= 2.2 * bell(x, y, 0, -86.5, 13, 4.5);
     dz += p_.chin * 3.0 * bell(x, y, 0, -101, 12, 8.5);
-    // Nose: a ridge of changing width, the tip, the wings.
-    const double width = nose_width_(y) * p_.nose_width;
-    const double ridge =
-        std::exp(-std::pow(x / width, 2.3)) * smooth_step(-66, -54, y) * smooth_step(24, 12, y);
-    dz += p_.nose * nose_dz_(y) * ridge;
-    double dy = nose_dy_(y) * ridge;
-    // The wings end sharply below and softly above; a groove parts them from the tip and from the cheek.
-    const double nw = p_.nose_width;
-    const double wing_y = y > -38.6 ? bell(y, -38.6, 5.2) : bell(y, -38.6, 3.1);
-    const double wing = bell(x, 13.2 * nw, 3.9) * wing_y;
-    dz += 10.0 * wing - 1.5 * bell(x, y, 9.4 * nw, -31.5, 2.6, 3.8) + 1.6 * bell(x, y, 0, -37.5, 6.4, 5.0);
-    dz += 2.2 * bell(x, y, 0, -45.8, 2.8, 2.6);  // columella
-    dx += 1.5 * wing;
-    dy -= 1.2 * wing;
-    dz -= 1.3 * bell(x, y, 19.0 * nw, -38.0, 2.4, 4.6);
-    out += facing * Vec3d(dx, dy, dz);
+    out += facing * (Vec3d(dx, 0, dz) + nose_offset(p_, x, y));
     // Lids: skin that lies on a ball a little larger than the eye, rising out of the orbit.
     const Vec3d e = eye_centre();
     const double ball = p_.eye_radius + mix(1.35, 1.75, smooth_step(-6, 3, y - p_.eye_y)),

@@ -16,6 +16,7 @@ using Vec2d = Eigen::Vector2d;
 struct HeadProportions {
     double width = 1, jaw = 1, nose = 1, nose_width = 1, lips = 1, mouth = 1, chin = 1, brow = 1,
            eye_opening = 1;
+    double nose_tip = 0, nose_bridge = 0;  ///< how far the tip is turned up, how far the bridge is humped
     double nose_aside = 0, chin_aside = 0, mouth_tilt = 0,
            brow_tilt = 0;  ///< what makes left and right differ
     double eye_x = 31.5;   ///< half the distance of the pupils
@@ -24,6 +25,10 @@ struct HeadProportions {
     double eye_radius = 12.5;  ///< of the eyeball
 };
 HeadProportions head_proportions(std::uint64_t seed);
+
+/// How far the nose stands off the face without one, mm, at the frontal place (x, y), x >= 0. It goes forward, somewhat down and
+/// to the side, so that what looks down is no cliff.
+Vec3d nose_offset(const HeadProportions& proportions, double x, double y);
 
 /// The smooth skin without openings: a loft of tilted horizontal sections, with the face sculpted on its
 /// front. Mirror symmetric; every function but skewed() takes the left half (x >= 0, 0 <= phi <= pi).
@@ -65,7 +70,6 @@ private:
 
     HeadProportions p_;
     Spline front_y_, front_z_, half_width_, side_y_, side_z_, back_y_, back_z_, front_square_;
-    Spline nose_dy_, nose_dz_, nose_width_;
 };
 
 }  // namespace mien::samples

@@ -15,7 +15,7 @@ Pigment Painter::eyeball(const Vec3& p, float footprint) const {
 
     // Sclera: warm white, pinker and veined toward the corners, greyer round the iris.
     const float far = smooth_step(1.05f, 2.3f, r);
-    Vec3 sclera = blend(Vec3(0.70f, 0.68f, 0.655f), Vec3(0.60f, 0.46f, 0.41f), 0.75f * far);
+    Vec3 sclera = blend(Vec3(0.77f, 0.75f, 0.725f), Vec3(0.60f, 0.46f, 0.41f), 0.75f * far);
     const Vec3 vein_at = Vec3(q.x() * 0.32f, q.y() * 0.75f, q.z() * 0.32f);
     const float wander = fractal_noise(vein_at * 1.1f, 3, seed);
     const float vein = bump(wander, 0.028f + 0.02f * footprint) *
@@ -63,7 +63,9 @@ Pigment Painter::tooth(const Vec3& p) const {
     enamel = enamel.cwiseProduct(
         blend(Vec3::Ones(), Vec3(0.91f, 0.92f, 0.94f), smooth_step(0.16f, 0.04f, to_gum)));
     enamel *= 1 + 0.03f * fractal_noise(Vec3(p.x() / 1.4f, p.y() / 6, p.z() / 1.4f) / s, 2, seed_ + 82);
-    return {enamel * (1 - 0.45f * smooth_step(6, 40, places_.behind_lips(p)))};
+    // What light comes in so far has been on gums and tongue before.
+    const Vec3 warmed = blend(Vec3::Ones(), Vec3(0.66f, 0.50f, 0.44f), smooth_step(4, 36, places_.behind_lips(p)));
+    return {enamel.cwiseProduct(warmed)};
 }
 
 Pigment Painter::mouth(const Vec3& p, const Vec3& normal) const {

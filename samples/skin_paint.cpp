@@ -233,7 +233,7 @@ void Painter::scatter_freckles(const SurfaceSampler& face, Random& random) {
         const float density = std::max({0.9f * cheek, nose, forehead}) + 0.012f;
         const float cluster = 0.6f + 0.9f * fractal_noise(p / (11 * s), 2, seed_ + 61);
         if (keep > density * cluster || places_.into_lips(p) > -2.5f || place.normal.z() < -0.2f) continue;
-        if (places_.into_eye(p, Places::side_of(p)) > -2) continue;
+        if (places_.into_eye(p, Places::side_of(p)) > -2 || places_.into_scalp(p) > -6) continue;
         Stroke spot;
         spot.a = spot.b = p;
         spot.c = p + s * Vec3(random.normal(), random.normal(), 0) * 0.22f;

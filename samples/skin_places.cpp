@@ -134,16 +134,17 @@ float Places::into_scalp(const Vec3& p) const {
 float into_scalp(const Vec3& q, const Vec3& ear, float glabella, float chin) {
     const float azimuth =
         std::atan2(std::abs(q.x()), q.z()) * 57.29578f;  // 0 in front, 90 at the ear, 180 behind
-    const float top = glabella + 0.46f * (glabella - chin);  // the face's thirds are equal, nearly
-    // Height of the hairline over the ears' centre, by azimuth: forehead, temple, sideburn, behind the ear,
-    // nape.
-    const std::array<std::pair<float, float>, 12> hairline{{{0, top - 1},
-                                                            {18, top},
-                                                            {34, top - 1},
-                                                            {45, top - 10},
-                                                            {53, glabella + 20},
-                                                            {61, glabella + 4},
-                                                            {70, 10},
+    const float top = glabella + 0.43f * (glabella - chin);  // the face's thirds are equal, nearly
+    // Height of the hairline over the ears' centre, by azimuth: forehead, recess over the temple, temple, sideburn, behind the
+    // ear, nape.
+    const std::array<std::pair<float, float>, 13> hairline{{{0, top - 2},
+                                                            {16, top - 1},
+                                                            {28, top - 1},
+                                                            {38, top - 8},
+                                                            {46, top - 22},
+                                                            {53, glabella + 10},
+                                                            {62, glabella - 2},
+                                                            {70, 6},
                                                             {77, -4},
                                                             {100, -14},
                                                             {112, -42},

@@ -4,6 +4,7 @@ in vec3 position;
 in vec3 normal;
 in vec2 texcoord;
 in vec3 light_place;
+in float from_behind;
 #if SURFACE == EYE || SURFACE == CORNEA || SURFACE == TEETH || SURFACE == MOUTH || SURFACE == LASHES
 in vec3 cavity;
 in vec3 rest_place;
@@ -121,7 +122,7 @@ float lobe(float sharpness, float cosine) { return exp2(1.442695 * sharpness * (
 // has no say there, and is not asked.
 float key_visibility(float facing) {
     if (shadows == 0 || facing <= 0.0) return 1.0;
-    const float reach = 1.9 / 512.0;
+    const float reach = 2.5 / 1024.0;
     float sum = texture(shadow_map, light_place + vec3(reach, 0.4 * reach, 0));
     sum += texture(shadow_map, light_place + vec3(-0.4 * reach, reach, 0));
     sum += texture(shadow_map, light_place + vec3(-reach, -0.4 * reach, 0));
@@ -201,7 +202,7 @@ void main() {
     light += light_colour[1] * diffuse(facing[1]);
 #endif
 #if SURFACE != TEETH && SURFACE != MOUTH
-    light += light_colour[2] * diffuse(facing[2]);   // from behind, where the head is in the way of what is in it
+    light += from_behind * light_colour[2] * diffuse(facing[2]);   // from behind, where the head is in the way of what is in it
 #endif
     vec3 sum = base * light * occlusion;
 
@@ -224,7 +225,7 @@ void main() {
     // A broad lobe of the skin's roughness and a narrow one of its oil (two-lobe skin specular, weights 0.8 and 0.2).
     vec3 shine = light_colour[0] * (0.8 * broad[0] + 0.9 * narrow) * visible * lit_side[0];
     shine += light_colour[1] * broad[1] * lit_side[1];
-    shine += light_colour[2] * broad[2] * lit_side[2] * 1.2;
+    shine += from_behind * light_colour[2] * broad[2] * lit_side[2] * 1.2;
     shine *= inside * (0.065 + 0.7 * fresnel);
 #if SURFACE != HAIR
     shine *= 0.35 + 0.65 * smoothstep(0.01, 0.05, base.r);   // short hair painted on skin scatters what skin, even the darkest, mirrors
@@ -242,7 +243,7 @@ void main() {
     const vec3 band0 = vec3(0.012 * lobe(70.0, sine.x)) + 0.9 * base * lobe(16.0, sine2.x);
     const vec3 band2 = vec3(0.020 * lobe(40.0, sine.y)) + 0.9 * base * lobe(16.0, sine2.y);
     const vec3 bands = light_colour[0] * visible * lit_side[0] * band0 + light_colour[2] * lit_side[2] * band2;
-    shine = mix(shine, bands, smoothstep(0.22, 0.09, base.g));   // between the first hairs skin shows
+    shine = mix(shine, bands, smoothstep(0.36, 0.20, base.r));   // between the first hairs skin shows; red tells even the darkest from hair
 #endif
     sum += specular * shine;
     cover = smoothstep(0.0, 1.0, dot(part_left, vec4(position, 1)));
