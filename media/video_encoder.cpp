@@ -81,6 +81,7 @@ void tune_x265(const VideoEncoderSettings& s, AVCodecContext&, Options& options)
     // Pictures side by side would make the rate control depend on which is done first.
     options["x265-params"] = "open-gop=0:scenecut=0:info=0:log-level=none:frame-threads=1:pools=4:keyint=" +
                              std::to_string(s.key_interval) + ":min-keyint=1";
+    if (!s.regions.empty()) options["x265-params"] += ":ipratio=1.1";  // as with x264: a key frame is not to pulse
     if (!s.kbps) options["crf"] = std::to_string(between(46, 12, s.quality));
 }
 
