@@ -45,7 +45,7 @@ sender=$!
 jobs_of_ours+=($sender)
 "$bin/mien-play" --headless "$server/face" -o live.png --size 160x180 --cache none
 "$bin/mien-play" --headless "$server/face" -o live.mp4 --seconds 2 --size 160x180 --cache none --stats-json play.json
-jq -e '.damaged_groups == 0 and .bytes.motion > 0 and .frames > 20' play.json >/dev/null || fail "play.json: $(cat play.json)"
+jq -e '.damaged_groups == 0 and .bytes.motion > 0 and .frames > 0 and .frames + .dropped_frames > 20' play.json >/dev/null || fail "play.json: $(cat play.json)"
 "$bin/mien-play" --headless "$server/face" --sheet no.png 2>refused.log && fail "a sheet of a live stream"
 grep -q 'this stream is live' refused.log || fail "no reason why there is no sheet"
 

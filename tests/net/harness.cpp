@@ -142,13 +142,15 @@ void Proxy::pump(int from, int to, bool from_server) {
     std::byte chunk[16384];
     while (!stop_) {
         pollfd waiting{from, POLLIN, 0};
-        if (frozen_) {
+        const std::uint64_t hold = from_server ? hold_after_.load() : 0;
+        if (frozen_ || (hold && passed >= hold)) {
             std::this_thread::sleep_for(2ms);
             continue;
         }
         if (::poll(&waiting, 1, 10) <= 0) continue;
         const std::uint64_t rate = from_server ? throttle_.load() : 0;
-        const std::size_t room = rate ? std::clamp<std::size_t>(rate / 50, 1, sizeof chunk) : sizeof chunk;
+        std::size_t room = rate ? std::clamp<std::size_t>(rate / 50, 1, sizeof chunk) : sizeof chunk;
+        if (hold) room = std::size_t(std::min<std::uint64_t>(room, hold - passed));
         ssize_t got = ::recv(from, chunk, room, 0);
         if (got <= 0) break;
         if (rate) std::this_thread::sleep_for(std::chrono::duration<double>(double(got) / double(rate)));
