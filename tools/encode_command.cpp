@@ -1,17 +1,12 @@
-#include <fcntl.h>
 #include <fmt/core.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <charconv>
-#include <cstdio>
-#include <cstring>
 #include <filesystem>
 
-#include "core/environment_error.hpp"
 #include "core/parallel.hpp"
 #include "encoder/stream_encoder.hpp"
 #include "io/clip_folder.hpp"
+#include "io/file.hpp"
 #include "protocol/stream_file.hpp"
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
@@ -34,49 +29,6 @@ struct Request {
     int rungs = 1;
     bool texture_asked = false, no_texture = false, no_sound = false, overwrite = false, quiet = false;
     int threads = 0;
-};
-
-/// A file that appears under its name only when it is whole.
-class AtomicFile {
-public:
-    explicit AtomicFile(const std::filesystem::path& path) : path_(path), part_(path.string() + ".part") {
-        fd_ = ::open(part_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-        if (fd_ < 0) throw EnvironmentError("cannot write '" + path_.string() + "': " + std::strerror(errno));
-    }
-    ~AtomicFile() {
-        if (fd_ < 0) return;
-        ::close(fd_);
-        std::error_code ignored;
-        std::filesystem::remove(part_, ignored);
-    }
-    AtomicFile(const AtomicFile&) = delete;
-    AtomicFile& operator=(const AtomicFile&) = delete;
-
-    void append(ByteView bytes) {
-        while (!bytes.empty()) {
-            const ssize_t n = ::write(fd_, bytes.data(), bytes.size());
-            if (n < 0 && errno == EINTR) continue;
-            if (n <= 0) give_up(n < 0 ? errno : ENOSPC);
-            bytes = bytes.subspan(std::size_t(n));
-        }
-    }
-    void commit() {
-        if (::fsync(fd_) != 0 && errno != EINVAL) give_up(errno);
-        if (::close(std::exchange(fd_, -1)) != 0) give_up(errno);
-        if (::rename(part_.c_str(), path_.c_str()) != 0) {
-            const int reason = errno;
-            ::unlink(part_.c_str());
-            give_up(reason);
-        }
-    }
-
-private:
-    [[noreturn]] void give_up(int reason) {
-        throw EnvironmentError("cannot write '" + path_.string() + "': " + std::strerror(reason) +
-                               (reason == ENOSPC ? "; free some space and try again" : ""));
-    }
-    std::filesystem::path path_, part_;
-    int fd_ = -1;
 };
 
 /// "240" or "240@512".
@@ -181,12 +133,12 @@ Result<int> encode(const Request& request) {
     if (options.name.empty()) options.name = output.stem().string();
 
     // Before the long work: is there a place to write to?
-    AtomicFile file(output);
+    io::OutputFile file(output, request.overwrite);
     MIEN_TRY(stream, encoder::encode_stream(clip, options, progress));
-    protocol::StreamFileWriter writer([&](ByteView bytes) { file.append(bytes); }, stream.header, stream.blobs);
+    protocol::StreamFileWriter writer([&](ByteView bytes) { file.write(bytes); }, stream.header, stream.blobs);
     for (const protocol::Group& group : stream.groups) writer.add(group);
     writer.finish();
-    file.commit();
+    file.commit_to_disk();
     end_progress();
     if (!request.quiet) {
         const double seconds = double(stream.header.frames) / stream.header.frame_rate.value();

@@ -1,12 +1,10 @@
 #include <fmt/core.h>
-#include <signal.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <filesystem>
 #include <mutex>
 
-#include "core/environment_error.hpp"
+#include "core/interruption.hpp"
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
 #include "tools/live_session.hpp"
@@ -25,10 +23,6 @@ struct Request {
     bool lines = false, overwrite = false, quiet = false;
     double group = 1;
 };
-
-std::atomic<bool> stop_asked = false;
-
-void ask_to_stop(int) { stop_asked = true; }
 
 /// What goes on, in one line that is written over again and again.
 class StatusLine {
@@ -99,11 +93,7 @@ Result<int> live(const Request& request) {
         if (status.state == net::SourceState::reconnecting) lost_connection = "the connection is lost, trying again: " + status.reason;
         if (status.state == net::SourceState::failed) lost_connection = status.reason, failed = true;
     };
-    struct sigaction action {};
-    action.sa_handler = ask_to_stop;   // no SA_RESTART: a wait ends
-    ::sigaction(SIGINT, &action, nullptr);
-    ::sigaction(SIGTERM, &action, nullptr);
-
+    const StopRequest stop;
     MIEN_TRY(session, LiveSession::start(take, options));
     if (!request.quiet) {
         // Scripts wait for this line.
@@ -115,7 +105,7 @@ Result<int> live(const Request& request) {
     StatusLine line(request.quiet);
     std::string first_refusal;
     bool broken = false;
-    for (LiveInput::Got got = LiveInput::Got::nothing; !stop_asked && got != LiveInput::Got::end;) {
+    for (LiveInput::Got got = LiveInput::Got::nothing; !stop.asked() && got != LiveInput::Got::end;) {
         Captured captured;
         got = input->next(captured, kWait);
         if (got == LiveInput::Got::frame)

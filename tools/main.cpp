@@ -1,10 +1,12 @@
 #include <CLI/CLI.hpp>
 
+#include "core/interruption.hpp"
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
 
 int main(int argc, char** argv) {
     using namespace mien::tools;
+    mien::end_in_order([] { fail("stopped by a signal; nothing unfinished is left"); });
     CLI::App mien("mien: streaming codec for detailed human facial performances", "mien");
     mien.set_version_flag("--version", "mien " MIEN_VERSION);
     mien.require_subcommand(1);

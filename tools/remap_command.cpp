@@ -62,12 +62,12 @@ Result<int> remap(const Request& request) {
     for (const std::string& text : loaded.warnings) warn(text);
     MIEN_TRY(rest, markers_at_rest(loaded.clip, request.at_rest));
     if (rest.first.rows() < 4) return fail("a face needs four markers or more");
-    io::OutputFile file(output);
+    io::OutputFile file(output, request.overwrite);
     analysis::PlacedMarkers placed = analysis::place_markers(model.model.neutral, rest.first, rest.second);
     if (request.misplace > 0) analysis::misplace(placed, model.model.neutral, request.misplace, request.seed);
     MIEN_TRY(remapped, encoder::remap_markers(model, placed.sites, placed.rest));
     file.write(ByteView(encoder::model_file(remapped.manifest, remapped.blobs, output.stem().string())));
-    file.commit();
+    file.commit_to_disk();
     end_progress();
     if (placed.largest > kFarOff)
         warn(fmt::format("a marker lies {:.1f} mm from the model's skin: is this the same actor, at rest, in the same unit?", placed.largest));

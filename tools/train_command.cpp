@@ -104,7 +104,7 @@ Result<int> train(const Request& request) {
     for (const std::string& text : loaded.warnings) warn(text);
     const Clip& clip = loaded.clip;
     // Before the long work: is there a place to write to?
-    io::OutputFile file(output);
+    io::OutputFile file(output, request.overwrite);
     analysis::TrainingOptions options = training_options(request, clip);
     options.progress = progress;
     MIEN_TRY(trained, analysis::train(clip, options));
@@ -121,7 +121,7 @@ Result<int> train(const Request& request) {
     MIEN_TRY(coded, encoder::encode_detail(trained.model, trained.moments, clip.name, coding));
     const Bytes bytes = encoder::model_file(coded.manifest, coded.blobs, output.stem().string());
     file.write(ByteView(bytes));
-    file.commit();
+    file.commit_to_disk();
     end_progress();
     if (!request.quiet) {
         fmt::print("{}: {} from {} frames\n", request.output, human_bytes(bytes.size()), trained.frames);

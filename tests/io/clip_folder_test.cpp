@@ -1,10 +1,13 @@
 #include "io/clip_folder.hpp"
 
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -145,11 +148,50 @@ TEST(ClipFolder, IsNeverOverwrittenUnasked) {
 }
 
 TEST(ClipFolder, AFullDiskIsToldAndLeavesNothing) {
-    if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
     const TemporaryFolder folder;
-    fs::create_symlink("/dev/full", folder / "a.npy.part");
+    // A limit on file sizes answers as a full disk does.
+    rlimit before{}, small{};
+    ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+    small = {10'000, before.rlim_max};
+    const auto handler = signal(SIGXFSZ, SIG_IGN);
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
     EXPECT_THROW(write_npy(folder / "a.npy", {100000}, std::vector<float>(100000)), EnvironmentError);
-    EXPECT_FALSE(fs::exists(folder / "a.npy"));
+    EXPECT_THROW(write_file(folder / "a.txt", std::string(10'001, 'a')), EnvironmentError) << "shows only when the file is closed";
+    EXPECT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+    signal(SIGXFSZ, handler);
+    EXPECT_TRUE(fs::is_empty(folder.path()));
+}
+
+TEST(ClipFolder, AFileOfTheSameNameThatComesMeanwhileStays) {
+    const TemporaryFolder folder;
+    OutputFile first(folder / "a.mien", false), second(folder / "a.mien", false), third(folder / "a.mien", true);
+    write_file(folder / "a.mien.part", "somebody else's");
+    first.write("first");
+    second.write("second");
+    third.write("third");
+    first.commit();
+    EXPECT_THROW(second.commit(), EnvironmentError);
+    EXPECT_EQ(read_text(folder / "a.mien").value(), "first");
+    third.commit_to_disk();
+    EXPECT_EQ(read_text(folder / "a.mien").value(), "third");
+    EXPECT_EQ(read_text(folder / "a.mien.part").value(), "somebody else's");
+}
+
+TEST(ClipFolder, OfTwoThatAreWrittenAtOnceOneIsKeptWhole) {
+    const TemporaryFolder folder;
+    Clip clip = full_clip(), other = full_clip();
+    std::atomic<bool> written = false;
+    // The other writer is done when this one has come to its texture.
+    const auto meanwhile = [&](std::string_view, std::int64_t, std::int64_t) {
+        if (written.exchange(true)) return;
+        EXPECT_TRUE(write_clip(folder / "take", other));
+    };
+    other.frame_rate = {60, 1};
+    EXPECT_THROW((void)write_clip(folder / "take", clip, {.progress = meanwhile}), EnvironmentError);
+    const auto loaded = load_clip(folder / "take");
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    EXPECT_EQ(loaded->clip.frame_rate, (Rational{60, 1}));
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 1) << "nothing is left beside it";
 }
 
 TEST(ClipFolder, AMovingTextureCanBeOneLosslessVideo) {
