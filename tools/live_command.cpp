@@ -8,6 +8,7 @@
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
 #include "tools/live_session.hpp"
+#include "tools/options.hpp"
 
 namespace mien::tools {
 namespace {
@@ -74,10 +75,9 @@ Result<LiveOptions> options_of(const Request& request) {
 }
 
 Result<int> live(const Request& request) {
-    if (request.url.empty() && request.output.empty()) return fail("nowhere to send it: give mien://HOST/NAME of a server that runs with --publish, -o FILE, or both");
-    if (request.port.has_value() == request.lines) return fail("frames come either from --udp PORT or from --stdin");
-    if (!request.output.empty() && std::filesystem::exists(request.output) && !request.overwrite)
-        return fail("'" + request.output + "' is there already; -y overwrites it");
+    if (request.url.empty() && request.output.empty()) return misused("nowhere to send it: give mien://HOST/NAME of a server that runs with --publish, -o FILE, or both");
+    if (request.port.has_value() == request.lines) return misused("frames come either from --udp PORT or from --stdin");
+    if (!request.output.empty()) MIEN_CHECK(may_write(request.output, request.overwrite, {request.basis}));
     MIEN_TRY(take, read_take(request.basis));
     MIEN_TRY(options, options_of(request));
     if (!request.lines && take.take.info.kind == protocol::MotionKind::weights && take.take.info.count != 52)
@@ -151,8 +151,8 @@ void add_live(CLI::App& mien, int& code) {
     command->add_flag("--stdin", request->lines, "Frames as lines of numbers on standard input");
     command->add_option("-o,--output", request->output, "Stream file to record to");
     command->add_flag("-y,--overwrite", request->overwrite, "Overwrite the output file");
-    command->add_option("--fps", request->fps, "Frames per second (default: the training take's)");
-    command->add_option("--group", request->group, "Seconds per group: viewers join at one")->check(CLI::Range(0.1, 60.0))->capture_default_str();
+    command->add_option("--fps", request->fps, "Frames per second (default: the training take's)")->check(frame_rate());
+    command->add_option("--group", request->group, "Seconds per group: viewers join at one")->check(number_from(0.1, 60.0))->capture_default_str();
     command->add_flag("-q,--quiet", request->quiet, "Say only what goes wrong");
     command->callback([request, &code] { code = guarded([&] { return live(*request); }); });
 }

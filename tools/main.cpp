@@ -1,8 +1,20 @@
 #include <CLI/CLI.hpp>
+#include <cstdio>
+#include <iostream>
 
 #include "core/interruption.hpp"
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
+
+namespace {
+
+/// Whether all results reached their place: what is buffered shows a full disk only when it is flushed.
+bool written() {
+    std::cout.flush();
+    return std::cout && std::fflush(stdout) == 0 && !std::ferror(stdout);
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
     using namespace mien::tools;
@@ -26,7 +38,7 @@ int main(int argc, char** argv) {
     try {
         mien.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-        return mien.exit(error) == 0 ? kDone : kMisused;
+        code = mien.exit(error) == 0 ? kDone : kMisused;
     }
-    return code;
+    return code != kDone || written() ? code : fail("cannot write to standard output: is the disk full?");
 }

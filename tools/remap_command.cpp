@@ -11,6 +11,7 @@
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
 #include "tools/model_file.hpp"
+#include "tools/options.hpp"
 
 namespace mien::tools {
 namespace {
@@ -56,7 +57,7 @@ Result<std::pair<Points, Points>> markers_at_rest(const Clip& clip, std::int64_t
 
 Result<int> remap(const Request& request) {
     const fs::path output = request.output;
-    if (fs::exists(output) && !request.overwrite) return fail("'" + request.output + "' is there already; -y overwrites it");
+    MIEN_CHECK(may_write(output, request.overwrite, {request.clip, request.model}));
     MIEN_TRY(model, read_model(request.model));
     MIEN_TRY(loaded, io::load_clip(request.clip, {.frame_rate = {}, .unit = {}, .progress = progress_bar(request.quiet)}));
     for (const std::string& text : loaded.warnings) warn(text);
@@ -89,8 +90,8 @@ void add_remap(CLI::App& mien, int& code) {
     command->add_option("model", request->model, "Model file of mien train")->required()->check(CLI::ExistingFile);
     command->add_option("clip", request->clip, "Clip of the other session: its markers at rest, by marker_sites on its neutral mesh or else by a frame")->required();
     command->add_option("-o,--output", request->output, "Model file to write")->required();
-    command->add_option("--at-rest", request->at_rest, "Frame in which the face is at rest, for clips without neutral and marker_sites")->check(CLI::NonNegativeNumber)->capture_default_str();
-    command->add_option("--misplace", request->misplace, "Take every marker to sit so many mm away along the skin, to measure what that costs")->check(CLI::PositiveNumber);
+    command->add_option("--at-rest", request->at_rest, "Frame in which the face is at rest, for clips without neutral and marker_sites")->check(not_negative())->capture_default_str();
+    command->add_option("--misplace", request->misplace, "Take every marker to sit so many mm away along the skin, to measure what that costs")->check(above_zero());
     command->add_option("--seed", request->seed, "Of the directions of --misplace")->capture_default_str();
     command->add_flag("-y,--overwrite", request->overwrite, "Overwrite the output file");
     command->add_flag("-q,--quiet", request->quiet, "No progress, no summary");
