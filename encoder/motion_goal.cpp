@@ -1,5 +1,7 @@
 #include "encoder/motion_goal.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -210,8 +212,11 @@ void StepSearch::refine() {
 Error StepSearch::unmet() const {
     const char* what = goal_.kbps ? "bitrate" : goal_.rms ? "RMS error" : "peak error";
     const char* unit = goal_.kbps ? " kbit/s" : goal_.kind == MotionKind::weights ? "" : " mm";
+    const char* advice = goal_.kbps                        ? "ask for a higher one"
+                         : goal_.kind == MotionKind::weights ? "ask for a larger one"
+                                                             : "ask for a larger one, if the clip's unit is right and its points are those of the face model";
     const double value = goal_.kbps ? *goal_.kbps : goal_.rms ? *goal_.rms : *goal_.peak;
-    return Error{ErrorCode::invalid, std::string("the asked ") + what + " of " + std::to_string(value) + unit + " cannot be met: this motion needs more"};
+    return Error{ErrorCode::invalid, fmt::format("the asked {} of {:g}{} cannot be met; {}", what, value, unit, advice)};
 }
 
 }  // namespace

@@ -126,9 +126,8 @@ ClipReport check_clip(const std::filesystem::path& path, const Progress& progres
         report.sound_seconds = clip.sound->seconds();
     }
     report.findings = reading.findings.all();
-    if (const auto mistake = unit_mistake(clip))
-        for (Finding& finding : report.findings)
-            if (finding.text == *mistake) finding.severity = Severity::problem;
+    for (Finding& finding : report.findings)
+        if (finding.severity == Severity::grave) finding.severity = Severity::problem;
     std::stable_sort(report.findings.begin(), report.findings.end(), [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
     return report;
 }
@@ -138,10 +137,11 @@ bool ClipReport::good() const {
 }
 
 std::string ClipReport::text() const {
-    std::string s = fmt::format("{}: {} frames at {} Hz, {:.3f} s, unit {}\n", name, frames, to_string(frame_rate), seconds, unit);
+    std::string s;
+    if (!name.empty()) s = fmt::format("{}: {} frame{} at {} Hz, {:.3f} s, unit {}\n", name, frames, frames == 1 ? "" : "s", to_string(frame_rate), seconds, unit);
     const auto line = [&](const char* what, std::string value) { s += fmt::format("  {:<12}{}\n", what, value); };
     if (triangles > 0) line("mesh", fmt::format("{} vertices, {} triangles, {} texture coordinates", vertices, triangles, texcoords));
-    if (vertex_frames > 0) line("vertices", fmt::format("{} frames of {}", vertex_frames, vertices));
+    if (vertex_frames > 0) line("vertices", fmt::format("{} frame{} of {}", vertex_frames, vertex_frames == 1 ? "" : "s", vertices));
     if (markers > 0) line("markers", fmt::format("{}{}, {:.1f} % present", markers, marker_sites ? " with their places on the mesh" : "", 100 * markers_present));
     if (weights > 0) line("weights", fmt::format("{}, {} target shapes", weights, blendshapes));
     if (rigid > 0) line("rigid", fmt::format("{} points move with the skull", rigid));

@@ -195,8 +195,9 @@ void place_recording(const fs::path& path, ClipDescription& description, Finding
     } else if (ending == ".csv") {
         const auto text = read_text(path);
         if (!text) return findings.problem(text.error());
-        if (is_live_link(*text)) place = &description.weights;
-        else if (const auto table = parse_number_table(*text)) place = names_markers(*table) || stem == "markers" ? &description.markers : &description.weights;
+        if (is_live_link(*text) || stem == "weights") place = &description.weights;
+        else if (stem == "markers") place = &description.markers;
+        else if (const auto table = parse_number_table(*text)) place = names_markers(*table) ? &description.markers : &description.weights;
         else return findings.problem(in_file(path, table.error()));
     }
     if (!place) return findings.warn(fmt::format("{} is not used: nothing tells what it holds", path.string()));
@@ -225,7 +226,7 @@ void guess_folder(const fs::path& folder, ClipDescription& description, Findings
     std::sort(recordings.begin(), recordings.end());
     for (const fs::path& path : recordings) place_recording(path, description, findings);
 
-    for (auto& set : find_numbered(folder, {".obj", ".ply"})) {
+    for (auto& set : find_numbered(folder, {".obj", ".ply", ".glb", ".gltf"})) {
         if (set.paths.size() == 1 && description.neutral == set.paths[0]) continue;
         // A single mesh beside a recording is its neutral; numbered meshes are the recording.
         const bool has_vertices = description.vertices || !description.vertex_files.empty();
@@ -270,7 +271,10 @@ ClipDescription parse_description(std::string_view json, const fs::path& folder,
         try {
             parsed = Json::parse(json);
         } catch (const Json::exception& error) {
-            findings.problem(ErrorCode::damaged, fmt::format("clip.json is not JSON: {}", error.what()));
+            // "[json.exception.parse_error.101] parse error at line 1, ...": the brackets are for programmers.
+            std::string_view why = error.what();
+            if (const std::size_t end = why.find("] "); end != std::string_view::npos) why.remove_prefix(end + 2);
+            findings.problem(ErrorCode::damaged, fmt::format("clip.json is not JSON: {}", why));
             return description;
         }
     }

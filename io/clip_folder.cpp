@@ -52,6 +52,7 @@ public:
         settle_rate();
         settle_unit();
         read_scans();
+        sources_.unit_asked = options_.unit.has_value();
         validate(clip_, sources_, findings_);
         return std::move(reading_);
     }
@@ -84,8 +85,16 @@ private:
             description_ = guess_description(path, findings_);
             guessed_ = true;
         }
-        if (options_.frame_rate) description_.frame_rate = options_.frame_rate;
-        if (options_.unit) description_.unit = options_.unit;
+        if (options_.frame_rate) {
+            if (description_.frame_rate && *description_.frame_rate != *options_.frame_rate)
+                findings_.warn(fmt::format("clip.json says {} frames a second, but the asked {} count", to_string(*description_.frame_rate), to_string(*options_.frame_rate)));
+            description_.frame_rate = options_.frame_rate;
+        }
+        if (options_.unit) {
+            if (description_.unit && *description_.unit != *options_.unit)
+                findings_.warn(fmt::format("clip.json says its unit is {}, but the asked {} counts", name_of(*description_.unit), name_of(*options_.unit)));
+            description_.unit = options_.unit;
+        }
         return true;
     }
 
@@ -185,8 +194,14 @@ private:
     void read_neutral() {
         if (description_.neutral) {
             sources_.neutral = description_.neutral->string();
-            auto file = take(read_mesh(*description_.neutral));
-            if (!file) return;
+            auto file = read_mesh(*description_.neutral);
+            if (!file) {
+                // A recording loads without a model that merely lies beside it, as one of compressed geometry.
+                const std::string ending = lower_case(description_.neutral->extension().string());
+                if (guessed_ && (ending == ".glb" || ending == ".gltf")) findings_.warn(file.error().message + "; it is not used");
+                else findings_.problem(file.error());
+                return;
+            }
             for (std::string& warning : file->warnings) findings_.warn(std::move(warning));
             if (file->mesh.positions.rows() == 0) return problem(ErrorCode::invalid, fmt::format("{} has no vertices", sources_.neutral));
             clip_.neutral = std::move(file->mesh);
@@ -270,7 +285,7 @@ private:
     void read_blendshapes() {
         const auto& targets = description_.blendshapes;
         if (!targets.given()) {
-            if (clip_.weights && std::int64_t(sequence_shapes_.size()) == clip_.weights->count) clip_.blendshapes = std::move(sequence_shapes_);
+            if (clip_.weights && !sequence_shapes_.empty()) take_own_targets();
             return;
         }
         if (!clip_.neutral) return problem(ErrorCode::missing, "blendshapes are offsets from the neutral mesh, which is not there");
@@ -327,28 +342,43 @@ private:
         }
     }
 
-    /// Named targets to named weights, whatever the spelling ("JawOpen", "jaw_open"); by order when the weights have no names.
+    /// Those that the neutral mesh's own file brings.
+    void take_own_targets() {
+        const auto named = [&](const Blendshape& shape) {
+            const auto& names = clip_.weights->names;
+            return std::any_of(names.begin(), names.end(), [&](const std::string& name) { return plain_name(name) == plain_name(shape.name); });
+        };
+        if (std::int64_t(sequence_shapes_.size()) == clip_.weights->count) clip_.blendshapes = std::move(sequence_shapes_);
+        else if (std::any_of(sequence_shapes_.begin(), sequence_shapes_.end(), named)) order_by_name(std::move(sequence_shapes_), sources_.neutral);
+        else
+            findings_.warn(fmt::format("the {} morph targets of {} are not used: {} has {} weights, of other names", sequence_shapes_.size(), sources_.neutral,
+                                       sources_.weights, clip_.weights->count));
+    }
+
+    /// A name without case and marks of any spelling ("JawOpen", "jaw_open"). ARKit's "eyeBlinkLeft" is "eyeBlink_L" in many rigs.
+    static std::string plain_name(const std::string& name) {
+        std::string letters;
+        for (const char c : lower_case(name))
+            if ((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9')) letters += c;
+        for (const auto& [full, brief] : {std::pair<std::string_view, char>{"left", 'l'}, {"right", 'r'}})
+            if (letters.ends_with(full)) letters = letters.substr(0, letters.size() - full.size()) + brief;
+        return letters;
+    }
+
+    /// Named targets to named weights, whatever the spelling; by order when the weights have no names.
     void order_by_name(std::vector<Blendshape> shapes, const fs::path& path) {
         if (!clip_.weights || clip_.weights->names.empty()) {
             clip_.blendshapes = std::move(shapes);
             return;
         }
-        const auto plain = [](const std::string& name) {
-            std::string letters;
-            for (const char c : lower_case(name))
-                if ((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9')) letters += c;
-            // ARKit's "eyeBlinkLeft" is "eyeBlink_L" in many rigs.
-            for (const auto& [full, brief] : {std::pair<std::string_view, char>{"left", 'l'}, {"right", 'r'}})
-                if (letters.ends_with(full)) letters = letters.substr(0, letters.size() - full.size()) + brief;
-            return letters;
-        };
         std::map<std::string, std::size_t> by_name;
-        for (std::size_t i = 0; i < shapes.size(); ++i) by_name[plain(shapes[i].name)] = i;
+        for (std::size_t i = 0; i < shapes.size(); ++i) by_name[plain_name(shapes[i].name)] = i;
         std::size_t used = 0;
+        CappedFindings idle(findings_, Severity::warning, ErrorCode::missing, "weights without a target");
         for (const std::string& name : clip_.weights->names) {
-            const auto at = by_name.find(plain(name));
+            const auto at = by_name.find(plain_name(name));
             if (at == by_name.end()) {
-                findings_.warn(fmt::format("{} has no target for the weight {}, which moves nothing", path.string(), name));
+                idle.add(fmt::format("{} has no target for the weight {}, which moves nothing", path.string(), name));
                 clip_.blendshapes.push_back({name, Points::Zero(clip_.neutral->positions.rows(), 3)});
             } else {
                 clip_.blendshapes.push_back(shapes[at->second]);
@@ -526,6 +556,16 @@ private:
         if (sound) clip_.sound = std::move(*sound);
     }
 
+    /// What tells the reader what no file does.
+    std::string how_to_set(const char* key, const std::string& value) const {
+        std::error_code ignored;
+        if (fs::is_directory(path_, ignored) || path_.filename() == "clip.json")
+            return fmt::format("to set it, write \"{}\": {} into {}", key, value, guessed_ ? "a clip.json in the folder" : "clip.json");
+        const fs::path folder = path_.parent_path().empty() ? fs::path(".") : path_.parent_path();
+        if (fs::exists(folder / "clip.json", ignored)) return fmt::format("{} may tell: name the folder {} instead of the file", (folder / "clip.json").string(), folder.string());
+        return fmt::format("to set it, give --{} where the command has it, or make a clip folder", key);
+    }
+
     void settle_rate() {
         for (std::size_t i = 0; i < rates_.size(); ++i) {
             const auto& [name, rate] = rates_[i];
@@ -537,8 +577,7 @@ private:
         else if (!rates_.empty()) clip_.frame_rate = rates_[0].second;
         else {
             clip_.frame_rate = kUnsetRate;
-            findings_.warn(guessed_ ? "nothing tells the frame rate, so 30 is taken; to set it, put a clip.json with \"fps\" into the folder"
-                                    : "clip.json does not tell the frame rate, so 30 is taken; add \"fps\": 30 or what it is");
+            findings_.warn("nothing tells the frame rate, so 30 is taken; " + how_to_set("fps", "30"));
         }
     }
 
@@ -552,9 +591,9 @@ private:
             const bool markers_tell = marker_unit_ && !clip_.neutral && !clip_.vertices;
             const auto guess = markers_tell ? marker_unit_ : size ? plausible_unit(*size) : std::nullopt;
             clip_.unit = guess.value_or(Unit::mm);
-            if (size && !markers_tell)
-                findings_.warn(fmt::format("nothing tells the unit; the head is {:.3g} large, so {} is taken{}", *size, name_of(clip_.unit),
-                                           guessed_ ? "; to set it, put a clip.json with \"unit\" into the folder" : "; add \"unit\" to clip.json"));
+            if (!markers_tell && (clip_.neutral || clip_.vertices || clip_.markers))
+                findings_.warn(fmt::format("nothing tells the unit; {} {} is taken; {}", size ? fmt::format("the head is {:.3g} large, so", *size) : "too few points show the head's size, so", name_of(clip_.unit),
+                                           how_to_set("unit", fmt::format("\"{}\"", name_of(clip_.unit)))));
         }
         const auto scale = static_cast<float>(millimetres(clip_.unit));
         const auto marker_scale = static_cast<float>(millimetres(marker_unit_.value_or(clip_.unit)));

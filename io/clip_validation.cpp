@@ -10,23 +10,35 @@ namespace {
 
 // Heads measure 180 to 300 mm, faces of markers 100 to 200, with neck and shoulders up to 700.
 constexpr double kSmallest = 50, kLargest = 1000;
+// Faces stretch by tenths, units differ by ten at least; markers may be on a part of the face, or of a whole figure's.
+constexpr double kLeastOfNeutral = 1.0 / 3, kLeastOfNeutralByMarkers = 1.0 / 50, kMostOfNeutral = 3;
+// A kilometre, mm: beyond it, single-precision coordinates are coarser than a twentieth of a millimetre.
+constexpr float kFarthest = 1e6f;
 
-/// Times zero, a finite value is 0 and any other NaN.
-bool all_finite(const float* values, std::int64_t count) {
-    return (Eigen::Map<const Eigen::ArrayXf>(values, count) * 0).sum() == 0;
+/// Finite, and no farther than anything that is captured.
+bool all_near(const float* values, std::int64_t count) {
+    const Eigen::Map<const Eigen::ArrayXf> all(values, count);
+    // NaN is not below anything either.
+    return (all.abs() <= kFarthest).all();
+}
+
+/// What is wrong with a point, or nothing.
+const char* fault_of(const float* p) {
+    if (std::isnan(p[0]) || std::isnan(p[1]) || std::isnan(p[2])) return "not a number";
+    if (std::isinf(p[0]) || std::isinf(p[1]) || std::isinf(p[2])) return "infinite";
+    return all_near(p, 3) ? nullptr : "more than a kilometre away";
 }
 
 void check_vertices(const PointSequence& vertices, const ClipSources& sources, Findings& findings) {
-    CappedFindings found(findings, Severity::problem, ErrorCode::invalid, "vertices that are not finite");
+    CappedFindings found(findings, Severity::problem, ErrorCode::invalid, "such vertices");
     for (std::int64_t f = 0; f < vertices.frames; ++f) {
         const float* frame = vertices.xyz.data() + f * vertices.points * 3;
-        if (all_finite(frame, vertices.points * 3)) continue;
+        if (all_near(frame, vertices.points * 3)) continue;
         for (std::int64_t v = 0; v < vertices.points; ++v) {
-            const float* p = frame + v * 3;
-            if (std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2])) continue;
-            const bool nan = std::isnan(p[0]) || std::isnan(p[1]) || std::isnan(p[2]);
+            const char* fault = fault_of(frame + v * 3);
+            if (!fault) continue;
             const auto& source = std::size_t(f) < sources.vertex_frames.size() ? sources.vertex_frames[std::size_t(f)] : sources.vertices;
-            found.add(fmt::format("{}: vertex {} of frame {} is {}", source, v, f, nan ? "not a number" : "infinite"));
+            found.add(fmt::format("{}: vertex {} of frame {} is {}", source, v, f, fault));
         }
     }
 }
@@ -35,15 +47,15 @@ void check_markers(const PointSequence& markers, const ClipSources& sources, Fin
     std::vector<std::int64_t> present(std::size_t(markers.points));
     std::int64_t empty_frames = 0, first_empty = -1;
     {
-        CappedFindings found(findings, Severity::problem, ErrorCode::invalid, "markers with infinite coordinates");
+        CappedFindings found(findings, Severity::problem, ErrorCode::invalid, "such markers");
         CappedFindings half(findings, Severity::problem, ErrorCode::invalid, "markers that are missing in part");
         for (std::int64_t f = 0; f < markers.frames; ++f) {
             std::int64_t shown = 0;
             for (std::int64_t m = 0; m < markers.points; ++m) {
                 const float* p = markers.xyz.data() + (f * markers.points + m) * 3;
                 const int nan = std::isnan(p[0]) + std::isnan(p[1]) + std::isnan(p[2]);
-                if (std::isinf(p[0]) || std::isinf(p[1]) || std::isinf(p[2]))
-                    found.add(fmt::format("{}: marker {} of frame {} is infinite", sources.markers, m, f));
+                if (nan == 0 && !all_near(p, 3))
+                    found.add(fmt::format("{}: marker {} of frame {} is {}", sources.markers, m, f, fault_of(p)));
                 else if (nan != 0 && nan != 3)
                     half.add(fmt::format("{}: marker {} of frame {} lacks some of its coordinates", sources.markers, m, f));
                 if (nan == 0) {
@@ -178,16 +190,23 @@ std::optional<double> extent(PointsRef points) {
     return double((high - low).maxCoeff());
 }
 
+std::optional<double> usual_extent(const PointSequence& points) {
+    if (points.points < 4) return std::nullopt;
+    const std::int64_t shown = std::min<std::int64_t>(points.frames, 100);
+    std::vector<double> sizes;
+    for (std::int64_t i = 0; i < shown; ++i)
+        if (const auto size = extent(points.frame(i * points.frames / shown))) sizes.push_back(*size);
+    if (sizes.empty()) return std::nullopt;
+    std::nth_element(sizes.begin(), sizes.begin() + std::ptrdiff_t(sizes.size() / 2), sizes.end());
+    return sizes[sizes.size() / 2];
+}
+
 std::optional<double> head_size(const Clip& clip) {
     if (clip.neutral)
         if (const auto size = extent(clip.neutral->positions)) return size;
     for (const auto* sequence : {&clip.vertices, &clip.markers}) {
-        if (!*sequence || (*sequence)->points < 4) continue;
-        // Markers may be missing at first; a hundred frames show most.
-        std::optional<double> largest;
-        for (std::int64_t f = 0; f < std::min<std::int64_t>((*sequence)->frames, 100); ++f)
-            if (const auto size = extent((*sequence)->frame(f))) largest = std::max(largest.value_or(0), *size);
-        if (largest) return largest;
+        if (!*sequence) continue;
+        if (const auto size = usual_extent(**sequence)) return size;
     }
     return std::nullopt;
 }
@@ -199,17 +218,34 @@ std::optional<Unit> plausible_unit(double size) {
     return std::nullopt;
 }
 
-std::optional<std::string> unit_mistake(const Clip& clip) {
+namespace {
+
+std::string length(double mm) { return mm >= 1e3 ? fmt::format("{:.4g} m", mm / 1000) : fmt::format("{:.3g} mm", mm); }
+
+/// The motion against its neutral mesh, and the head against what heads measure.
+void check_size(const Clip& clip, const ClipSources& sources, Findings& findings) {
+    const auto neutral = clip.neutral ? extent(clip.neutral->positions) : std::nullopt;
+    const auto compare = [&](const std::optional<PointSequence>& points, const std::string& source, double least) {
+        const auto size = points ? usual_extent(*points) : std::nullopt;
+        if (!size || !neutral || !(*neutral > 0)) return;
+        if (*size >= least * *neutral && *size <= kMostOfNeutral * *neutral) return;
+        findings.problem(ErrorCode::mismatch, fmt::format("{} is {} large, but {} is {}: are they in one unit?", source, length(*size), sources.neutral, length(*neutral)));
+    };
+    compare(clip.vertices, sources.vertices, kLeastOfNeutral);
+    compare(clip.markers, sources.markers, kLeastOfNeutralByMarkers);
+
     const auto size = head_size(clip);
-    if (!size || (*size >= kSmallest && *size <= kLargest)) return std::nullopt;
-    if (*size == 0) return "all points lie in one place";
+    if (!size || (*size >= kSmallest && *size <= kLargest)) return;
+    if (*size == 0) return findings.warn_gravely("all points lie in one place");
     const auto meant = plausible_unit(*size / millimetres(clip.unit));
-    const std::string text = *size >= 1e4 ? fmt::format("{:.4g} m", *size / 1000) : fmt::format("{:.3g} mm", *size);
     if (meant && *meant != clip.unit)
-        return fmt::format("the head is {} large; probably the unit should be {}, not {}: write \"unit\": \"{}\" into clip.json", text, name_of(*meant),
-                           name_of(clip.unit), name_of(*meant));
-    return fmt::format("the head is {} large, which fits no unit; is this a head?", text);
+        return findings.warn_gravely(fmt::format("the head is {} large; probably the unit should be {}, not {}: {}", length(*size), name_of(*meant), name_of(clip.unit),
+                                                 sources.unit_asked ? fmt::format("ask for {}, or for none", name_of(*meant))
+                                                                    : fmt::format("write \"unit\": \"{}\" into clip.json", name_of(*meant))));
+    findings.warn_gravely(fmt::format("the head is {} large, which fits no unit; is this a head?", length(*size)));
 }
+
+}  // namespace
 
 void validate(const Clip& clip, const ClipSources& sources, Findings& findings) {
     if (!clip.vertices && !clip.markers && !clip.weights) {
@@ -230,7 +266,7 @@ void validate(const Clip& clip, const ClipSources& sources, Findings& findings) 
         for (int eye = 0; eye < 2; ++eye)
             if (!std::isfinite(clip.gaze[f].yaw[eye]) || !std::isfinite(clip.gaze[f].pitch[eye]))
                 findings.problem(ErrorCode::invalid, fmt::format("{}: frame {} is not finite", sources.gaze, f));
-    if (auto mistake = unit_mistake(clip)) findings.warn(std::move(*mistake));
+    check_size(clip, sources, findings);
     check_media(clip, sources, findings);
 }
 

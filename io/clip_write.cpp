@@ -1,14 +1,12 @@
 #include <fmt/format.h>
-#include <signal.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "core/environment_error.hpp"
+#include "core/unfinished.hpp"
 #include "io/clip_folder.hpp"
 #include "io/file.hpp"
 #include "io/image_file.hpp"
@@ -16,7 +14,6 @@
 #include "io/obj.hpp"
 #include "io/scan_files.hpp"
 #include "io/sound_file.hpp"
-#include "io/text.hpp"
 #include "media/video_writer.hpp"
 
 namespace mien::io {
@@ -24,48 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-[[noreturn]] void fail(const fs::path& path, const std::error_code& error) {
-    throw EnvironmentError(fmt::format("cannot write {}: {}", path.string(), error.message()));
-}
-
-/// A folder beside the one that is wanted, gone again unless everything went well.
-class StagingFolder {
-public:
-    explicit StagingFolder(const fs::path& target) {
-        const std::string prefix = fmt::format(".{}.part-", target.filename().string());
-        clear_leftovers(target.parent_path(), prefix);
-        path_ = target.parent_path() / fmt::format("{}{}", prefix, getpid());
-        std::error_code error;
-        fs::remove_all(path_, error);
-        fs::create_directories(path_, error);
-        if (error) fail(target, error);
-    }
-    StagingFolder(const StagingFolder&) = delete;
-    StagingFolder& operator=(const StagingFolder&) = delete;
-    ~StagingFolder() {
-        std::error_code ignored;
-        fs::remove_all(path_, ignored);
-    }
-    const fs::path& path() const { return path_; }
-
-private:
-    /// Staging folders whose process is no more.
-    static void clear_leftovers(const fs::path& beside, const std::string& prefix) {
-        std::error_code error;
-        std::vector<fs::path> dead;
-        for (fs::directory_iterator at(beside, error), end; !error && at != end; at.increment(error)) {
-            const std::string name = at->path().filename().string();
-            if (!name.starts_with(prefix)) continue;
-            const auto process = parse_integer(std::string_view(name).substr(prefix.size()));
-            if (process && *process > 0 && *process <= std::numeric_limits<pid_t>::max() && kill(pid_t(*process), 0) != 0 && errno == ESRCH)
-                dead.push_back(at->path());
-        }
-        for (const fs::path& folder : dead) fs::remove_all(folder, error);
-    }
-
-    fs::path path_;
-};
 
 /// Arrays in the clip's own unit, a piece at a time.
 void write_lengths(const fs::path& path, const std::vector<std::int64_t>& shape, std::span<const float> mm, double unit) {
@@ -220,25 +175,27 @@ std::string text_of(const Json& json) {
     return text + "\n}\n";
 }
 
-/// Moves what was staged into place, clip.json last; what it replaces is kept until then.
-void move_into_place(const fs::path& staged, const fs::path& target) {
+/// Moves what was staged into place, clip.json last; what it replaces is kept until then. Without `replace` nothing is: what has
+/// come there meanwhile stays.
+void move_into_place(const fs::path& staged, const fs::path& target, bool replace) {
+    const auto whole = keep_unfinished();
     std::error_code error;
     fs::create_directories(target, error);
-    if (error) fail(target, error);
+    if (error) cannot_write(target, error.value());
     std::vector<fs::path> names;
     for (const auto& entry : fs::directory_iterator(staged))
         if (entry.path().filename() != "clip.json") names.push_back(entry.path().filename());
     names.emplace_back("clip.json");
     const fs::path old = staged / ".replaced";
     fs::create_directory(old, error);
-    if (error) fail(target, error);
+    if (error) cannot_write(target, error.value());
     std::vector<fs::path> moved, replaced;
     for (const fs::path& name : names) {
-        if (fs::exists(fs::symlink_status(target / name))) {
+        if (replace && fs::exists(fs::symlink_status(target / name))) {
             fs::rename(target / name, old / name, error);
             if (!error) replaced.push_back(name);
         }
-        if (!error) fs::rename(staged / name, target / name, error);
+        if (!error) error = rename_path(staged / name, target / name, false);
         if (!error) {
             moved.push_back(name);
             continue;
@@ -247,7 +204,7 @@ void move_into_place(const fs::path& staged, const fs::path& target) {
         std::error_code ignored;
         for (const fs::path& back : moved) fs::rename(target / back, staged / back, ignored);
         for (const fs::path& back : replaced) fs::rename(old / back, target / back, ignored);
-        fail(target / name, error);
+        cannot_write(target / name, error.value());
     }
 }
 
@@ -259,9 +216,11 @@ Result<void> write_clip(const fs::path& path, const Clip& clip, const WriteOptio
     if (fs::exists(target, error)) {
         if (!fs::is_directory(target, error)) throw EnvironmentError(fmt::format("{} is a file; name a folder for the clip", target.string()));
         if (!fs::is_empty(target, error) && !options.overwrite)
-            throw EnvironmentError(fmt::format("{} is not empty; name another folder, or ask to overwrite", target.string()));
+            throw EnvironmentError(fmt::format("{} is not empty; name another folder, or overwrite it with -y", target.string()));
     }
-    const StagingFolder staging(target);
+    fs::create_directories(target.parent_path(), error);
+    if (error) cannot_write(target, error.value());
+    const Unfinished staging(target, Unfinished::Kind::folder);
     Json json;
     if (clip.frame_rate.den == 1) json["fps"] = clip.frame_rate.num;
     else json["fps"] = to_string(clip.frame_rate);
@@ -276,7 +235,7 @@ Result<void> write_clip(const fs::path& path, const Clip& clip, const WriteOptio
     }
     for (const Take& take : clip.takes) json["takes"].push_back({{"name", take.name}, {"first", take.first}});
     write_file(staging.path() / "clip.json", text_of(json));
-    move_into_place(staging.path(), target);
+    move_into_place(staging.path(), target, options.overwrite);
     return {};
 }
 

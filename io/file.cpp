@@ -1,24 +1,15 @@
 #include "io/file.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
-
-#include "core/environment_error.hpp"
 
 namespace mien::io {
 namespace {
 
 namespace fs = std::filesystem;
-
-[[noreturn]] void fail_to_write(const fs::path& path, int reason) {
-    const char* advice = reason == ENOSPC   ? "; free some space or write to another disk"
-                         : reason == EACCES ? "; choose a folder you may write to"
-                         : reason == ENOENT ? "; make the folder first"
-                                            : "";
-    throw EnvironmentError(fmt::format("cannot write {}: {}{}", path.string(), std::strerror(reason), advice));
-}
 
 template <class Container>
 Result<Container> read_whole(const fs::path& path, std::uint64_t limit) {
@@ -64,39 +55,27 @@ Error in_file(const fs::path& path, Error error) {
     return error;
 }
 
-OutputFile::OutputFile(fs::path path) : path_(std::move(path)), part_(path_.string() + ".part") {
-    file_.reset(std::fopen(part_.c_str(), "wb"));
-    if (!file_) fail_to_write(path_, errno);
-}
-
-OutputFile::~OutputFile() {
-    if (!file_) return;
-    file_.reset();
-    std::error_code ignored;
-    fs::remove(part_, ignored);
+OutputFile::OutputFile(const fs::path& path, bool replace) : unfinished_(path, Unfinished::Kind::file), replace_(replace) {
+    file_.reset(std::fopen(unfinished_.path().c_str(), "wb"));
+    if (!file_) cannot_write(path, errno);
 }
 
 void OutputFile::write(ByteView bytes) {
-    if (!bytes.empty() && std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size()) fail_to_write(path_, errno);
+    if (!bytes.empty() && std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size()) cannot_write(unfinished_.target(), errno);
 }
 
 void OutputFile::write(std::string_view text) { write(std::as_bytes(std::span(text))); }
 
 void OutputFile::commit() {
-    std::error_code error;
     // A full disk may show only when buffers are flushed.
-    if (std::fflush(file_.get()) != 0) fail_to_write(path_, errno);
-    if (std::fclose(file_.release()) != 0) {
-        const int reason = errno;
-        fs::remove(part_, error);
-        fail_to_write(path_, reason);
-    }
-    fs::rename(part_, path_, error);
-    if (error) {
-        std::error_code ignored;
-        fs::remove(part_, ignored);
-        fail_to_write(path_, error.value());
-    }
+    if (std::fclose(file_.release()) != 0) cannot_write(unfinished_.target(), errno);
+    if (const std::error_code error = unfinished_.finish(replace_)) cannot_write(unfinished_.target(), error.value());
+}
+
+void OutputFile::commit_to_disk() {
+    // EINVAL: what cannot be synchronised, such as some network disks.
+    if (std::fflush(file_.get()) != 0 || (::fsync(::fileno(file_.get())) != 0 && errno != EINVAL)) cannot_write(unfinished_.target(), errno);
+    commit();
 }
 
 void write_file(const fs::path& path, ByteView bytes) {

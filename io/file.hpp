@@ -8,6 +8,7 @@
 
 #include "core/hash.hpp"
 #include "core/result.hpp"
+#include "core/unfinished.hpp"
 #include "io/limits.hpp"
 
 namespace mien::io {
@@ -27,22 +28,23 @@ Result<std::string> read_text(const std::filesystem::path& path, std::uint64_t l
 /// The same error, its message led by the file's path.
 Error in_file(const std::filesystem::path& path, Error error);
 
-/// Writes a file whole or not at all: bytes go to "<path>.part", which commit() renames. Every failure throws
-/// EnvironmentError naming the path and the reason (no permission, disk full); nothing is left behind then.
+/// Writes a file whole or not at all: bytes go to a file beside it (core/unfinished.hpp), which commit() renames. Every failure
+/// throws EnvironmentError naming the path and the reason (no permission, disk full); nothing is left behind then.
 class OutputFile {
 public:
-    explicit OutputFile(std::filesystem::path path);
-    OutputFile(const OutputFile&) = delete;
-    OutputFile& operator=(const OutputFile&) = delete;
-    ~OutputFile();
+    /// Without `replace`, commit() fails when a file of that name has come meanwhile.
+    explicit OutputFile(const std::filesystem::path& path, bool replace = true);
 
     void write(ByteView bytes);
     void write(std::string_view text);
     void commit();  ///< closes the file and gives it its name
+    /// The same for the one result of long work, which shall survive a power cut too.
+    void commit_to_disk();
 
 private:
-    std::filesystem::path path_, part_;
+    Unfinished unfinished_;
     FileHandle file_;
+    bool replace_;
 };
 
 /// Writes `bytes` as the whole of `path`, by OutputFile.

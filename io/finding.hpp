@@ -11,6 +11,7 @@ namespace mien::io {
 enum class Severity {
     note,     ///< good to know; nothing to do
     warning,  ///< loads, but perhaps not as meant
+    grave,    ///< the same, but surely not as meant: a problem for io::check_clip
     problem,  ///< must be put right before the clip can be used
 };
 struct Finding {
@@ -24,6 +25,7 @@ class Findings {
 public:
     void note(std::string text) { add({Severity::note, std::move(text)}); }
     void warn(std::string text) { add({Severity::warning, std::move(text)}); }
+    void warn_gravely(std::string text) { add({Severity::grave, std::move(text)}); }
     void problem(Error error) { add({Severity::problem, std::move(error.message), error.code}); }
     void problem(ErrorCode code, std::string text) { problem({code, std::move(text)}); }
     void add(Finding finding) { all_.push_back(std::move(finding)); }

@@ -26,7 +26,8 @@ struct MarkerTake {
 /// frames without markers.
 Result<MarkerTake> parse_marker_table(const NumberTable& table);
 
-/// Whether a table's header names markers (at least one NAME_x).
+/// Whether a table's header is one of markers: most of its columns are NAME_x, NAME_y or NAME_z. (Weights may have groups of such names
+/// among them.)
 bool names_markers(const NumberTable& table);
 
 /// Motion Analysis TRC: rate, unit and marker names from the header; tab-separated, blanks are missing.

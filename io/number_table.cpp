@@ -50,6 +50,7 @@ Result<NumberTable> parse_number_table(std::string_view text) {
             }
         }
         while (std::int64_t(fields.size()) > table.columns && fields.back().empty()) fields.pop_back();
+        if (std::int64_t(fields.size()) < table.columns && table.short_lines++ == 0) table.first_short = lines.number();
         if (std::int64_t(fields.size()) > table.columns)
             return Error{ErrorCode::invalid, fmt::format("line {}: {} columns where the first line has {}", lines.number(), fields.size(), table.columns)};
         for (std::size_t c = 0; c < fields.size(); ++c) {

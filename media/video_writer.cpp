@@ -4,6 +4,7 @@
 #include <system_error>
 
 #include "core/environment_error.hpp"
+#include "core/unfinished.hpp"
 #include "media/colour.hpp"
 #include "media/ffmpeg.hpp"
 #include "media/sound_codec.hpp"
@@ -11,7 +12,8 @@
 namespace mien::media {
 
 struct VideoWriter::State {
-    std::filesystem::path path, part;
+    std::filesystem::path path;
+    std::optional<Unfinished> unfinished;
     int width = 0, height = 0;
     OutputPtr output;
     CodecPtr codec;
@@ -20,13 +22,6 @@ struct VideoWriter::State {
     std::size_t sound_written = 0;
     std::int64_t frames = 0;
     bool finished = false;
-
-    ~State() {
-        if (finished) return;
-        output.reset();
-        std::error_code ignored;
-        std::filesystem::remove(part, ignored);
-    }
 
     [[noreturn]] void fail(int code) const {
         throw EnvironmentError("cannot write " + path.string() + ": " + error_text(code) +
@@ -38,13 +33,13 @@ struct VideoWriter::State {
 
     void open_file(const char* format) {
         quiet_libraries();
-        part = path;
-        part += ".part";
+        unfinished.emplace(path, Unfinished::Kind::file);
+        const std::string part = unfinished->path().string();
         AVFormatContext* raw = nullptr;
-        check(avformat_alloc_output_context2(&raw, nullptr, format, part.string().c_str()));
+        check(avformat_alloc_output_context2(&raw, nullptr, format, part.c_str()));
         output.reset(raw);
         output->flags |= AVFMT_FLAG_BITEXACT;
-        check(avio_open(&output->pb, part.string().c_str(), AVIO_FLAG_WRITE));
+        check(avio_open(&output->pb, part.c_str(), AVIO_FLAG_WRITE));
     }
 
     void open_codec(const char* name, Rational frame_rate, AVDictionary** options) {
@@ -228,11 +223,7 @@ void VideoWriter::finish() {
     state.write_sound(1e12);
     state.check(av_write_trailer(state.output.get()));
     state.check(avio_closep(&state.output->pb));
-    std::error_code error;
-    std::filesystem::rename(state.part, state.path, error);
-    if (error)
-        throw EnvironmentError("cannot rename " + state.part.string() + " to " + state.path.string() + ": " +
-                               error.message());
+    if (const std::error_code error = state.unfinished->finish(true)) cannot_write(state.path, error.value());
     state.finished = true;
 }
 

@@ -12,7 +12,7 @@ namespace mien::media {
 
 /// Writes pictures, and sound beside them, into a video file. What the file system refuses throws
 /// EnvironmentError. The file appears under its name only when finish() has returned; before that it is
-/// NAME.part.
+/// in the making beside it (core/unfinished.hpp).
 class VideoWriter {
 public:
     struct Movie {

@@ -22,32 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr float kFarthestIdentity = 10;
 constexpr std::int64_t kMaxFrames = 200'000;  // two hours at 25 Hz
-
-Result<void> check(const StageOptions& options) {
-    const auto wrong = [](std::string why) { return Error{ErrorCode::invalid, std::move(why)}; };
-    if (int(options.say.has_value()) + int(options.weights.has_value()) + int(options.expressions) + int(options.session.has_value()) > 1)
-        return wrong("--say, --weights, --expressions and --session exclude one another");
-    if (options.say && options.sound) return wrong("--sound goes with --weights or --expressions: speech brings its own");
-    if (options.frames && !options.weights) return wrong("--frames cuts a take, so it needs --weights");
-    if (!options.identity.empty() && !options.actor.starts_with("ict:")) return wrong("--identity is for --actor ict:DIR");
-    if (options.seconds && !(*options.seconds > 0 && *options.seconds <= 7200)) return wrong("--seconds must be above 0 and at most 7200");
-    if (options.fps && !(options.fps->value() >= 1 && options.fps->value() <= 240)) return wrong("--fps must be from 1 to 240");
-    if (options.markers < 0 || options.markers > 20'000) return wrong("--markers must be from 0 to 20000");
-    if (!(options.noise >= 0 && options.noise <= 100)) return wrong("--noise must be from 0 to 100 mm");
-    if (!(options.missing >= 0 && options.missing <= 0.9)) return wrong("--missing must be from 0 to 0.9");
-    if (options.session && *options.session != "training" && *options.session != "asymmetric-smile" && *options.session != "raised-brow")
-        return wrong(fmt::format("there is no session '{}'; use training, asymmetric-smile or raised-brow", *options.session));
-    if (options.session && (options.seconds || options.fps)) return wrong("--seconds and --fps are not for --session: use --take-frames");
-    if (options.take_frames < 2 || options.take_frames > 1000) return wrong("--take-frames must be from 2 to 1000");
-    if (options.range_frames < 0 || options.range_frames > 10'000) return wrong("--range-frames must be from 0 to 10000");
-    if (options.scan_size < 32 || options.scan_size > 4096) return wrong("--scan-size must be from 32 to 4096");
-    if (!(options.scan_noise >= 0 && options.scan_noise <= 100)) return wrong("--scan-noise must be from 0 to 100 mm");
-    if (!(options.scan_holes >= 0 && options.scan_holes <= 0.9)) return wrong("--scan-holes must be from 0 to 0.9");
-    if (options.texture_size != 0 && (options.texture_size < 16 || options.texture_size > 8192))
-        return wrong("--texture-size must be 0 or from 16 to 8192");
-    return {};
-}
 
 /// Vertices and clean markers of every frame, head pose applied.
 void act(const Performance& performance, const Actor& actor, Clip& clip, const Progress& progress) {
@@ -71,8 +47,36 @@ void act(const Performance& performance, const Actor& actor, Clip& clip, const P
 
 }  // namespace
 
+Result<void> check_options(const StageOptions& options) {
+    const auto wrong = [](std::string why) { return Error{ErrorCode::invalid, std::move(why)}; };
+    if (int(options.say.has_value()) + int(options.weights.has_value()) + int(options.expressions) + int(options.session.has_value()) > 1)
+        return wrong("--say, --weights, --expressions and --session exclude one another");
+    if (options.say && options.sound) return wrong("--sound goes with --weights or --expressions: speech brings its own");
+    if (options.frames && !options.weights) return wrong("--frames cuts a take, so it needs --weights");
+    if (!options.identity.empty() && !options.actor.starts_with("ict:")) return wrong("--identity is for --actor ict:DIR");
+    // Weights are standard deviations of real heads. Farther out there are none, and at last no number that a renderer can draw.
+    for (const float weight : options.identity)
+        if (!(std::abs(weight) <= kFarthestIdentity)) return wrong(fmt::format("--identity takes weights from -{0} to {0}: standard deviations of real heads", kFarthestIdentity));
+    if (options.seconds && !(*options.seconds > 0 && *options.seconds <= 7200)) return wrong("--seconds must be above 0 and at most 7200");
+    if (options.fps && !(options.fps->value() >= 1 && options.fps->value() <= 240)) return wrong("--fps must be from 1 to 240");
+    if (options.markers < 0 || options.markers > 20'000) return wrong("--markers must be from 0 to 20000");
+    if (!(options.noise >= 0 && options.noise <= 100)) return wrong("--noise must be from 0 to 100 mm");
+    if (!(options.missing >= 0 && options.missing <= 0.9)) return wrong("--missing must be from 0 to 0.9");
+    if (options.session && *options.session != "training" && *options.session != "asymmetric-smile" && *options.session != "raised-brow")
+        return wrong(fmt::format("there is no session '{}'; use training, asymmetric-smile or raised-brow", *options.session));
+    if (options.session && (options.seconds || options.fps)) return wrong("--seconds and --fps are not for --session: use --take-frames");
+    if (options.take_frames < 2 || options.take_frames > 1000) return wrong("--take-frames must be from 2 to 1000");
+    if (options.range_frames < 0 || options.range_frames > 10'000) return wrong("--range-frames must be from 0 to 10000");
+    if (options.scan_size < 32 || options.scan_size > 4096) return wrong("--scan-size must be from 32 to 4096");
+    if (!(options.scan_noise >= 0 && options.scan_noise <= 100)) return wrong("--scan-noise must be from 0 to 100 mm");
+    if (!(options.scan_holes >= 0 && options.scan_holes <= 0.9)) return wrong("--scan-holes must be from 0 to 0.9");
+    if (options.texture_size != 0 && (options.texture_size < 16 || options.texture_size > 8192))
+        return wrong("--texture-size must be 0 or from 16 to 8192");
+    return {};
+}
+
 Result<Performance> make_performance(const StageOptions& options) {
-    MIEN_CHECK(check(options));
+    MIEN_CHECK(check_options(options));
     if (options.session)
         return *options.session == "training"           ? perform_training(options.take_frames, options.range_frames, options.seed).performance
                : *options.session == "asymmetric-smile" ? perform_unseen(kAsymmetricSmile, options.take_frames)
@@ -107,7 +111,7 @@ Result<std::unique_ptr<Actor>> make_actor(const StageOptions& options) {
 }
 
 Result<void> stage(const StageOptions& options, const fs::path& output, const Progress& progress) {
-    MIEN_CHECK(check(options));
+    MIEN_CHECK(check_options(options));
     // Said before the work, not after it.
     std::error_code error;
     if (!options.force && fs::exists(output, error) && !(fs::is_directory(output, error) && fs::is_empty(output, error)))

@@ -65,6 +65,9 @@ struct StageOptions {
     bool force = false;
 };
 
+/// Options that make no sense are an error, by name. The functions below begin with it.
+Result<void> check_options(const StageOptions& options);
+
 /// The performance the options ask for.
 Result<Performance> make_performance(const StageOptions& options);
 /// The actor the options ask for.

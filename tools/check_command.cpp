@@ -16,7 +16,7 @@ void add_check(CLI::App& mien, int& code) {
         code = guarded([&]() -> Result<int> {
             const io::ClipReport report = io::check_clip(*clip, progress_bar(*json));
             end_progress();
-            fmt::print("{}\n", *json ? report.json() : report.text());
+            fmt::print("{}", *json ? report.json() + "\n" : report.text());
             return report.good() ? kDone : kFailed;
         }, *json);
     });

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <new>
 #include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "core/environment_error.hpp"
 
@@ -82,6 +83,11 @@ int fail(const std::string& text) {
     return kFailed;
 }
 
+int misused(const std::string& text) {
+    fail(text);
+    return kMisused;
+}
+
 int guarded(const std::function<Result<int>()>& command, bool json) {
     std::string why;
     try {
@@ -93,6 +99,8 @@ int guarded(const std::function<Result<int>()>& command, bool json) {
         why = error.what();
     } catch (const std::bad_alloc&) {
         why = "out of memory";
+    } catch (const std::system_error& error) {
+        why = error.what();   // fmt::print, of standard output
     } catch (const std::exception& error) {
         why = std::string("unexpected: ") + error.what();
     }

@@ -22,6 +22,9 @@ void warn(const std::string& text);
 /// "mien: error: TEXT"; returns kFailed.
 int fail(const std::string& text);
 
+/// The same for what only the command line can put right; returns kMisused.
+int misused(const std::string& text);
+
 /// Runs a command; an error and whatever it throws become a message and kFailed. With `json`, standard output then holds
 /// {"error": "TEXT"}, so that whoever asked for JSON always gets some.
 int guarded(const std::function<Result<int>()>& command, bool json = false);

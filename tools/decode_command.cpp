@@ -1,5 +1,7 @@
 #include <fmt/core.h>
 
+#include <filesystem>
+
 #include "io/clip_folder.hpp"
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
@@ -16,6 +18,11 @@ struct Request {
 };
 
 Result<int> decode(const Request& request) {
+    namespace fs = std::filesystem;
+    std::error_code ignored;
+    // Before the long work.
+    if (fs::is_directory(request.output, ignored) && !fs::is_empty(request.output, ignored) && !request.overwrite)
+        return fail("'" + request.output + "' is not empty; name another folder, or overwrite what is in it with -y");
     MIEN_TRY(stream, StoredStream::open(request.file));
     if (!stream.reader().complete()) warn("'" + request.file + "': " + stream.reader().complaint());
     const Progress progress = progress_bar(request.quiet);

@@ -8,6 +8,7 @@
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
 #include "tools/model_file.hpp"
+#include "tools/options.hpp"
 
 namespace mien::tools {
 namespace {
@@ -57,9 +58,9 @@ void add_evaluate(CLI::App& mien, int& code) {
     CLI::App* command = mien.add_subcommand("evaluate", "Measure what a trained model leaves of the scans of a clip");
     command->add_option("model", request->model, "Model file of mien train or mien remap")->required()->check(CLI::ExistingFile);
     command->add_option("clip", request->clip, "Clip folder with scans and the model's markers")->required();
-    command->add_option("--every", request->every, "Measure only every N-th frame")->check(CLI::PositiveNumber)->capture_default_str();
-    command->add_option("--high-pass", request->high_pass, "As given to mien train, mm")->check(CLI::PositiveNumber)->capture_default_str();
-    command->add_option("--threads", request->threads, "Threads (default: all cores)");
+    command->add_option("--every", request->every, "Measure only every N-th frame")->check(above_zero())->capture_default_str();
+    command->add_option("--high-pass", request->high_pass, "As given to mien train, mm")->check(above_zero())->capture_default_str();
+    add_threads(*command, request->threads);
     command->add_flag("--json", request->json, "As JSON");
     command->callback([request, &code] { code = guarded([&] { return evaluate(*request); }, request->json); });
 }

@@ -1,15 +1,14 @@
 #include <fmt/core.h>
-#include <signal.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <filesystem>
 #include <mutex>
 
-#include "core/environment_error.hpp"
+#include "core/interruption.hpp"
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
 #include "tools/live_session.hpp"
+#include "tools/options.hpp"
 
 namespace mien::tools {
 namespace {
@@ -25,10 +24,6 @@ struct Request {
     bool lines = false, overwrite = false, quiet = false;
     double group = 1;
 };
-
-std::atomic<bool> stop_asked = false;
-
-void ask_to_stop(int) { stop_asked = true; }
 
 /// What goes on, in one line that is written over again and again.
 class StatusLine {
@@ -80,10 +75,9 @@ Result<LiveOptions> options_of(const Request& request) {
 }
 
 Result<int> live(const Request& request) {
-    if (request.url.empty() && request.output.empty()) return fail("nowhere to send it: give mien://HOST/NAME of a server that runs with --publish, -o FILE, or both");
-    if (request.port.has_value() == request.lines) return fail("frames come either from --udp PORT or from --stdin");
-    if (!request.output.empty() && std::filesystem::exists(request.output) && !request.overwrite)
-        return fail("'" + request.output + "' is there already; -y overwrites it");
+    if (request.url.empty() && request.output.empty()) return misused("nowhere to send it: give mien://HOST/NAME of a server that runs with --publish, -o FILE, or both");
+    if (request.port.has_value() == request.lines) return misused("frames come either from --udp PORT or from --stdin");
+    if (!request.output.empty()) MIEN_CHECK(may_write(request.output, request.overwrite, {request.basis}));
     MIEN_TRY(take, read_take(request.basis));
     MIEN_TRY(options, options_of(request));
     if (!request.lines && take.take.info.kind == protocol::MotionKind::weights && take.take.info.count != 52)
@@ -99,11 +93,7 @@ Result<int> live(const Request& request) {
         if (status.state == net::SourceState::reconnecting) lost_connection = "the connection is lost, trying again: " + status.reason;
         if (status.state == net::SourceState::failed) lost_connection = status.reason, failed = true;
     };
-    struct sigaction action {};
-    action.sa_handler = ask_to_stop;   // no SA_RESTART: a wait ends
-    ::sigaction(SIGINT, &action, nullptr);
-    ::sigaction(SIGTERM, &action, nullptr);
-
+    const StopRequest stop;
     MIEN_TRY(session, LiveSession::start(take, options));
     if (!request.quiet) {
         // Scripts wait for this line.
@@ -115,7 +105,7 @@ Result<int> live(const Request& request) {
     StatusLine line(request.quiet);
     std::string first_refusal;
     bool broken = false;
-    for (LiveInput::Got got = LiveInput::Got::nothing; !stop_asked && got != LiveInput::Got::end;) {
+    for (LiveInput::Got got = LiveInput::Got::nothing; !stop.asked() && got != LiveInput::Got::end;) {
         Captured captured;
         got = input->next(captured, kWait);
         if (got == LiveInput::Got::frame)
@@ -161,8 +151,8 @@ void add_live(CLI::App& mien, int& code) {
     command->add_flag("--stdin", request->lines, "Frames as lines of numbers on standard input");
     command->add_option("-o,--output", request->output, "Stream file to record to");
     command->add_flag("-y,--overwrite", request->overwrite, "Overwrite the output file");
-    command->add_option("--fps", request->fps, "Frames per second (default: the training take's)");
-    command->add_option("--group", request->group, "Seconds per group: viewers join at one")->check(CLI::Range(0.1, 60.0))->capture_default_str();
+    command->add_option("--fps", request->fps, "Frames per second (default: the training take's)")->check(frame_rate());
+    command->add_option("--group", request->group, "Seconds per group: viewers join at one")->check(number_from(0.1, 60.0))->capture_default_str();
     command->add_flag("-q,--quiet", request->quiet, "Say only what goes wrong");
     command->callback([request, &code] { code = guarded([&] { return live(*request); }); });
 }

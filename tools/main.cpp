@@ -1,10 +1,24 @@
 #include <CLI/CLI.hpp>
+#include <cstdio>
+#include <iostream>
 
+#include "core/interruption.hpp"
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
 
+namespace {
+
+/// Whether all results reached their place: what is buffered shows a full disk only when it is flushed.
+bool written() {
+    std::cout.flush();
+    return std::cout && std::fflush(stdout) == 0 && !std::ferror(stdout);
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
     using namespace mien::tools;
+    mien::end_in_order([] { fail("stopped by a signal; nothing unfinished is left"); });
     CLI::App mien("mien: streaming codec for detailed human facial performances", "mien");
     mien.set_version_flag("--version", "mien " MIEN_VERSION);
     mien.require_subcommand(1);
@@ -24,7 +38,7 @@ int main(int argc, char** argv) {
     try {
         mien.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-        return mien.exit(error) == 0 ? kDone : kMisused;
+        code = mien.exit(error) == 0 ? kDone : kMisused;
     }
-    return code;
+    return code != kDone || written() ? code : fail("cannot write to standard output: is the disk full?");
 }

@@ -11,6 +11,7 @@
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
 #include "tools/model_file.hpp"
+#include "tools/options.hpp"
 
 namespace mien::tools {
 namespace {
@@ -56,18 +57,18 @@ Result<std::pair<Points, Points>> markers_at_rest(const Clip& clip, std::int64_t
 
 Result<int> remap(const Request& request) {
     const fs::path output = request.output;
-    if (fs::exists(output) && !request.overwrite) return fail("'" + request.output + "' is there already; -y overwrites it");
+    MIEN_CHECK(may_write(output, request.overwrite, {request.clip, request.model}));
     MIEN_TRY(model, read_model(request.model));
     MIEN_TRY(loaded, io::load_clip(request.clip, {.frame_rate = {}, .unit = {}, .progress = progress_bar(request.quiet)}));
     for (const std::string& text : loaded.warnings) warn(text);
     MIEN_TRY(rest, markers_at_rest(loaded.clip, request.at_rest));
     if (rest.first.rows() < 4) return fail("a face needs four markers or more");
-    io::OutputFile file(output);
+    io::OutputFile file(output, request.overwrite);
     analysis::PlacedMarkers placed = analysis::place_markers(model.model.neutral, rest.first, rest.second);
     if (request.misplace > 0) analysis::misplace(placed, model.model.neutral, request.misplace, request.seed);
     MIEN_TRY(remapped, encoder::remap_markers(model, placed.sites, placed.rest));
     file.write(ByteView(encoder::model_file(remapped.manifest, remapped.blobs, output.stem().string())));
-    file.commit();
+    file.commit_to_disk();
     end_progress();
     if (placed.largest > kFarOff)
         warn(fmt::format("a marker lies {:.1f} mm from the model's skin: is this the same actor, at rest, in the same unit?", placed.largest));
@@ -89,8 +90,8 @@ void add_remap(CLI::App& mien, int& code) {
     command->add_option("model", request->model, "Model file of mien train")->required()->check(CLI::ExistingFile);
     command->add_option("clip", request->clip, "Clip of the other session: its markers at rest, by marker_sites on its neutral mesh or else by a frame")->required();
     command->add_option("-o,--output", request->output, "Model file to write")->required();
-    command->add_option("--at-rest", request->at_rest, "Frame in which the face is at rest, for clips without neutral and marker_sites")->check(CLI::NonNegativeNumber)->capture_default_str();
-    command->add_option("--misplace", request->misplace, "Take every marker to sit so many mm away along the skin, to measure what that costs")->check(CLI::PositiveNumber);
+    command->add_option("--at-rest", request->at_rest, "Frame in which the face is at rest, for clips without neutral and marker_sites")->check(not_negative())->capture_default_str();
+    command->add_option("--misplace", request->misplace, "Take every marker to sit so many mm away along the skin, to measure what that costs")->check(above_zero());
     command->add_option("--seed", request->seed, "Of the directions of --misplace")->capture_default_str();
     command->add_flag("-y,--overwrite", request->overwrite, "Overwrite the output file");
     command->add_flag("-q,--quiet", request->quiet, "No progress, no summary");

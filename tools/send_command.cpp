@@ -15,6 +15,7 @@
 #include "io/live_link.hpp"
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
+#include "tools/options.hpp"
 
 namespace mien::tools {
 namespace {
@@ -74,6 +75,7 @@ Result<int> send(const Request& request) {
     }
     MIEN_TRY(loaded, io::load_clip(request.clip, load));
     end_progress();
+    for (const std::string& text : loaded.warnings) warn(text);
     const Clip& clip = loaded.clip;
     const bool markers = clip.markers.has_value();
     if (!markers && !(clip.weights && clip.weights->count == std::int64_t(io::LiveLinkPacket::kWeights)))
@@ -103,7 +105,7 @@ void add_send(CLI::App& mien, int& code) {
     command->add_option("clip", request->clip, "Clip folder, or a single recording")->required();
     command->add_option("--udp", request->port, "UDP port to send to")->required()->check(CLI::Range(1, 65535));
     command->add_option("--to", request->address, "Address to send to")->capture_default_str();
-    command->add_option("--fps", request->fps, "Frames per second, for clips that do not say");
+    command->add_option("--fps", request->fps, "Frames per second, for clips that do not say")->check(frame_rate());
     command->add_flag("--loop", request->loop, "Start again at the end, until interrupted");
     command->add_flag("-q,--quiet", request->quiet, "No summary");
     command->callback([request, &code] { code = guarded([&] { return send(*request); }); });

@@ -4,6 +4,7 @@
 #include "samples/stage.hpp"
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
+#include "tools/options.hpp"
 
 namespace mien::tools {
 namespace {
@@ -16,20 +17,19 @@ struct Request {
 };
 
 /// "A:B", both non-negative and A < B.
-Result<samples::FrameRange> parse_frames(const std::string& text) {
-    const Error error{ErrorCode::invalid, "--frames takes A:B with 0 <= A < B, not '" + text + "'"};
+std::optional<samples::FrameRange> parse_frames(const std::string& text) {
     const auto colon = text.find(':');
-    if (colon == text.npos) return error;
+    if (colon == text.npos) return std::nullopt;
     try {
         std::size_t used_a = 0, used_b = 0;
         const std::string a = text.substr(0, colon), b = text.substr(colon + 1);
         samples::FrameRange range;
         range.first = std::stoll(a, &used_a);
         range.end = std::stoll(b, &used_b);
-        if (used_a != a.size() || used_b != b.size() || range.first < 0 || range.end <= range.first) return error;
+        if (used_a != a.size() || used_b != b.size() || range.first < 0 || range.end <= range.first) return std::nullopt;
         return range;
     } catch (const std::exception&) {
-        return error;
+        return std::nullopt;
     }
 }
 
@@ -39,18 +39,17 @@ Result<int> stage(Request& request) {
     if (!request.weights.empty()) options.weights = request.weights;
     if (!request.session.empty()) options.session = request.session;
     if (!request.sound.empty()) options.sound = request.sound;
-    if (!request.frames.empty()) {
-        MIEN_TRY(frames, parse_frames(request.frames));
-        options.frames = frames;
-    }
+    if (!request.frames.empty()) options.frames = parse_frames(request.frames);
     if (!request.fps.empty()) {
         MIEN_TRY(fps, parse_rational(request.fps));
         options.fps = fps;
     }
+    if (const auto sense = samples::check_options(options); !sense) return misused(sense.error().message);
     set_thread_count(request.threads);
     MIEN_CHECK(samples::stage(options, request.output, progress_bar(request.quiet)));
     end_progress();
-    if (!request.quiet) fmt::print("{}: a clip folder; encode it with: mien encode {} -o NAME.mien\n", request.output, request.output);
+    if (!request.quiet && options.scans) fmt::print("{}: a clip folder; learn a face from it with: mien train {} -o NAME.model\n", request.output, request.output);
+    else if (!request.quiet) fmt::print("{}: a clip folder; encode it with: mien encode {} -o NAME.mien\n", request.output, request.output);
     return kDone;
 }
 
@@ -63,7 +62,7 @@ void add_stage(CLI::App& mien, int& code) {
     command->add_option("-o,--output", request->output, "Clip folder to write")->required();
     command->add_flag("-f,--force", options.force, "Replace a clip that is there already");
     command->add_option("--actor", options.actor, "procedural, or ict:DIR for the ICT-FaceKit head in folder DIR")->capture_default_str();
-    command->add_option("--identity", options.identity, "Weights of the ICT head's identity modes, from the first on")->delimiter(',');
+    command->add_option("--identity", options.identity, "Weights of the ICT head's identity modes, from the first on: standard deviations, -10 to 10")->delimiter(',');
     auto* say = command->add_option("--say", request->say, "Text to speak");
     command->add_option("--voice", options.voice, "Voice or language of libespeak-ng")->capture_default_str();
     auto* weights = command->add_option("--weights", request->weights, "Live Link Face CSV that drives the actor")->check(CLI::ExistingFile)->excludes(say);
@@ -72,19 +71,20 @@ void add_stage(CLI::App& mien, int& code) {
     command->add_option("--session", request->session, "A silent session for mien train instead of speech: training, asymmetric-smile or raised-brow")->excludes(say)->excludes(weights);
     command->add_option("--take-frames", options.take_frames, "Frames of each expression of a session")->capture_default_str();
     command->add_option("--range-frames", options.range_frames, "Frames of the range of motion that ends a training session; 0 for none")->capture_default_str();
-    command->add_option("--seconds", options.seconds, "Repeat, pad or cut the performance to so many seconds")->check(CLI::PositiveNumber);
-    command->add_option("--frames", request->frames, "A:B, only these frames of the take (B not included)");
-    command->add_option("--fps", request->fps, "Frames per second: 24, 25, 30, 60, 30000/1001 (default 30, or the take's own)");
+    command->add_option("--seconds", options.seconds, "Repeat, pad or cut the performance to so many seconds")->check(above_zero());
+    command->add_option("--frames", request->frames, "A:B, only these frames of the take (B not included)")
+        ->check([](const std::string& text) { return parse_frames(text) ? "" : "must be A:B with 0 <= A < B"; }, "", "");
+    command->add_option("--fps", request->fps, "Frames per second: 24, 25, 30, 60, 30000/1001 (default 30, or the take's own)")->check(frame_rate());
     command->add_option("--markers", options.markers, "Surface markers; 0 for none")->check(CLI::Range(0, 65536))->capture_default_str();
-    command->add_option("--noise", options.noise, "Standard deviation of marker noise, mm")->check(CLI::NonNegativeNumber);
-    command->add_option("--missing", options.missing, "Share of marker samples that are lost")->check(CLI::Range(0.0, 0.9));
+    command->add_option("--noise", options.noise, "Standard deviation of marker noise, mm")->check(not_negative());
+    command->add_option("--missing", options.missing, "Share of marker samples that are lost")->check(number_from(0, 0.9));
     command->add_option("--texture-size", options.texture_size, "Side of the texture, texels; 0 for none")->check(CLI::Range(0, 8192))->capture_default_str();
     command->add_flag("--scans", options.scans, "Also write position maps and albedo of every frame, for mien train");
     command->add_option("--scan-size", options.scan_size, "Side of the medium position maps, texels; fine maps and albedo have twice as many")->capture_default_str();
-    command->add_option("--scan-noise", options.scan_noise, "Standard deviation of scanned positions, mm")->check(CLI::NonNegativeNumber);
-    command->add_option("--scan-holes", options.scan_holes, "Share of texels that a scan misses")->check(CLI::Range(0.0, 0.9));
+    command->add_option("--scan-noise", options.scan_noise, "Standard deviation of scanned positions, mm")->check(not_negative());
+    command->add_option("--scan-holes", options.scan_holes, "Share of texels that a scan misses")->check(number_from(0, 0.9));
     command->add_option("--seed", options.seed, "Seed of everything that is drawn by lot")->capture_default_str();
-    command->add_option("--threads", request->threads, "Threads (default: all cores); the result is the same for any number");
+    add_threads(*command, request->threads, "; the result is the same for any number");
     command->add_flag("-q,--quiet", request->quiet, "No progress, no summary");
     command->callback([request, &code] { code = guarded([&] { return stage(*request); }); });
 }

@@ -268,9 +268,22 @@ std::string describe(const Loss& loss, const protocol::StreamHeader& header) {
                        loss.end - 1, loss.first > 0 ? loss.first - 1 : loss.end, loss.why);
 }
 
+namespace {
+
+/// A rung that was asked for by its number must be there; one that stands for the highest always is.
+Result<void> check_rung(const char* kind, const protocol::Track* track, std::size_t asked, std::size_t highest) {
+    if (!track || asked == highest || asked < track->rungs.size()) return {};
+    return Error{ErrorCode::missing, track->rungs.size() == 1 ? fmt::format("there is no rung {} of {}: the stream has one alone, 0", asked, kind)
+                                                              : fmt::format("there is no rung {} of {}: the stream has 0 to {}", asked, kind, track->rungs.size() - 1)};
+}
+
+}  // namespace
+
 Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress, Keep keep, std::shared_ptr<Losses> losses, Rungs rungs) {
     MIEN_TRY(model, stream.model());
     if (!stream.track(TrackKind::motion)) return Error{ErrorCode::missing, "the stream has no motion track"};
+    MIEN_CHECK(check_rung("motion", stream.track(TrackKind::motion), rungs.motion, StoredStream::kAllRungs));
+    MIEN_CHECK(check_rung("texture", stream.track(TrackKind::texture), rungs.texture, protocol::kFinestRung));
     Clip clip;
     clip.name = stream.header().name;
     clip.frame_rate = stream.header().frame_rate;

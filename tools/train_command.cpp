@@ -12,6 +12,7 @@
 #include "io/image_file.hpp"
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
+#include "tools/options.hpp"
 
 namespace mien::tools {
 namespace {
@@ -93,9 +94,9 @@ Result<void> write_report(const Request& request, const analysis::TrainedModel& 
 }
 
 Result<int> train(const Request& request) {
-    if (!request.on.empty() && request.report.empty()) return fail("--on measures for a report; say where with --report DIR");
+    if (!request.on.empty() && request.report.empty()) return misused("--on measures for a report; say where with --report DIR");
     const fs::path output = request.output;
-    if (fs::exists(output) && !request.overwrite) return fail("'" + request.output + "' is there already; -y overwrites it");
+    MIEN_CHECK(may_write(output, request.overwrite, {request.clip}));
     set_thread_count(request.threads);
     const Progress progress = progress_bar(request.quiet);
     io::LoadOptions load;
@@ -104,7 +105,7 @@ Result<int> train(const Request& request) {
     for (const std::string& text : loaded.warnings) warn(text);
     const Clip& clip = loaded.clip;
     // Before the long work: is there a place to write to?
-    io::OutputFile file(output);
+    io::OutputFile file(output, request.overwrite);
     analysis::TrainingOptions options = training_options(request, clip);
     options.progress = progress;
     MIEN_TRY(trained, analysis::train(clip, options));
@@ -121,7 +122,7 @@ Result<int> train(const Request& request) {
     MIEN_TRY(coded, encoder::encode_detail(trained.model, trained.moments, clip.name, coding));
     const Bytes bytes = encoder::model_file(coded.manifest, coded.blobs, output.stem().string());
     file.write(ByteView(bytes));
-    file.commit();
+    file.commit_to_disk();
     end_progress();
     if (!request.quiet) {
         fmt::print("{}: {} from {} frames\n", request.output, human_bytes(bytes.size()), trained.frames);
@@ -144,15 +145,15 @@ void add_train(CLI::App& mien, int& code) {
     command->add_flag("-y,--overwrite", request->overwrite, "Overwrite the output file");
     command->add_option("--order", request->order, "Polynomials: linear, biquadratic or bicubic")->check(CLI::IsMember({"linear", "biquadratic", "bicubic"}))->capture_default_str();
     command->add_option("--ridge", request->ridge, "Strengths for linear, quadratic and cubic terms, per frame (default: found by leaving out takes)")
-        ->delimiter(',')->expected(1, 3)->check(CLI::NonNegativeNumber);
+        ->delimiter(',')->expected(1, 3)->check(not_negative());
     command->add_flag("--paper", request->paper, "Every step as Ma et al. 2008 have it");
-    command->add_option("--reach", request->reach, "Skin farther from every marker than this has no detail, mm")->check(CLI::PositiveNumber)->capture_default_str();
-    command->add_option("--high-pass", request->high_pass, "Width of what the medium layer is left to carry, mm")->check(CLI::PositiveNumber)->capture_default_str();
-    command->add_option("--kbytes", request->most_kilobytes, "Largest size of the model, kB: its error grows until it fits")->check(CLI::PositiveNumber);
+    command->add_option("--reach", request->reach, "Skin farther from every marker than this has no detail, mm")->check(above_zero())->capture_default_str();
+    command->add_option("--high-pass", request->high_pass, "Width of what the medium layer is left to carry, mm")->check(above_zero())->capture_default_str();
+    command->add_option("--kbytes", request->most_kilobytes, "Largest size of the model, kB: its error grows until it fits")->check(above_zero());
     command->add_option("--report", request->report, "Folder for figures, tables and error maps; also fits and measures other orders and two rivals");
     command->add_option("--on", request->on, "Clips with scans that were not trained on, for the report")->check(CLI::ExistingPath);
-    command->add_option("--every", request->every, "Measure only every N-th frame")->check(CLI::PositiveNumber)->capture_default_str();
-    command->add_option("--threads", request->threads, "Threads (default: all cores)");
+    command->add_option("--every", request->every, "Measure only every N-th frame")->check(above_zero())->capture_default_str();
+    add_threads(*command, request->threads);
     command->add_flag("-q,--quiet", request->quiet, "No progress, no summary");
     command->callback([request, &code] { code = guarded([&] { return train(*request); }); });
 }

@@ -10,6 +10,7 @@
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
 #include "tools/motion_error.hpp"
+#include "tools/options.hpp"
 #include "tools/stored_stream.hpp"
 #include "tools/stream_clip.hpp"
 
@@ -168,8 +169,8 @@ void add_verify(CLI::App& mien, int& code) {
     command->add_option("--texture-rung", request->rungs.texture, "Rung of texture to use, 0 the coarsest (default: the finest)")->check(CLI::Range(0, 63));
     command->add_flag("--no-texture", request->no_texture, "Motion only");
     command->add_option("--rung", request->rungs.motion, "Highest rung of motion to use, 0 the coarsest (default: all)")->check(CLI::Range(0, 63));
-    command->add_option("--max-rms", request->max_rms, "Fail above this RMS motion error");
-    command->add_option("--max-peak", request->max_peak, "Fail above this peak motion error");
+    command->add_option("--max-rms", request->max_rms, "Fail above this RMS motion error")->check(not_negative());
+    command->add_option("--max-peak", request->max_peak, "Fail above this peak motion error")->check(not_negative());
     command->callback([request, &code] { code = guarded([&] { return verify(*request); }, request->json); });
 }
 

@@ -47,7 +47,7 @@ jq -es '.[0].texture.psnr_y_db < .[1].texture.psnr_y_db' rung0.json rung1.json >
 jq -e '[.tracks[] | select(.kind == "texture") | .description] == ["32 x 32", "64 x 64"]' <("$mien" info rungs.mien --json) >/dev/null ||
     complain "info does not show the rungs of texture: $("$mien" info rungs.mien --json)"
 refuses "lowest" "$mien" encode clip -o x.mien --texture-rungs 90,30
-refuses "30@" "$mien" encode clip -o x.mien --texture-rungs 30@
+refuses "kbit/s@texels" "$mien" encode clip -o x.mien --texture-rungs 30@
 refuses "excludes" "$mien" encode clip -o x.mien --texture-rungs 30 --texture-kbps 30
 does "$mien" encode clip -o markers.mien --motion markers --rms 0.1 --no-texture
 does "$mien" verify markers.mien clip --max-rms 0.1
@@ -171,7 +171,38 @@ refuses "v\.npy" "$mien" check bad
 mkdir objs && cp bad/n.obj objs/f0001.obj && { cat bad/n.obj; echo 'v 50 50 0'; } >objs/f0002.obj
 refuses "f0002\.obj.*4.*3" "$mien" encode objs -o x.mien --fps 30
 refuses "nosuchsound" "$mien" encode sounding -o x.mien --sound-codec nosuchsound
-[[ -e x.mien || -e x.mien.part ]] && complain "a failed encode left a file"
+ls -A | grep -F x.mien && complain "a failed encode left a file"
+
+# Numbers, names and outputs that make no sense are told before anything else, in few words.
+for wrong in "rms 0" "rms nan" "rms 1e-9" "peak -1" "motion-kbps abc" "texture-kbps 0" "sound-kbps 1e300" "group abc" "fps abc" "threads 0" "texture-codec vp9" "sound-codec mp3"; do
+    read -r option value <<<"$wrong"
+    said=$("$mien" encode clip -o x.mien "--$option" "$value" 2>&1)
+    [[ $? == 2 && ${#said} -lt 150 ]] || complain "--$option $value: $said"
+done
+refuses "no rung 9" "$mien" decode vertices.mien -o x --rung 9
+refuses "no stream or model" "$mien" encode clip -y -o clip/neutral.obj
+"$mien" info vertices.mien --json 2>log.txt >/dev/full && complain "a full standard output goes unnoticed"
+grep -q "standard output" log.txt || complain "of a full standard output it says: $(cat log.txt)"
+refuses "from -10 to 10" "$mien" stage -o x --expressions --actor ict:nowhere --identity 1e10
+
+# Of two that write one file, one succeeds, and it is its own that is there. A file of the neighbouring name is nobody's.
+echo precious >both.mien.part
+"$mien" encode clip -q -o both.mien --no-texture --no-sound 2>log.txt &
+first=$!
+"$mien" encode second -q -o both.mien --no-texture --no-sound 2>>log.txt && winner=second || winner=clip
+wait $first && [[ $winner == second ]] && complain "two encodes to one file both succeed"
+frames=$("$mien" info both.mien --json | jq .frames)
+[[ $winner$frames == second9 || $winner$frames == clip15 ]] || complain "of two encodes $winner succeeds, but the file has $frames frames: $(cat log.txt)"
+[[ $(cat both.mien.part) == precious ]] || complain "both.mien.part is overwritten"
+# A signal ends it, and leaves nothing.
+"$mien" encode clip -q -o stopped.mien --no-texture --rms 0.003 2>log.txt &
+encoding=$!
+for _ in $(seq 200); do compgen -G ".stopped.mien.part*" >files.txt && break; sleep 0.05; done
+kill -TERM $encoding
+wait $encoding
+[[ $? == 143 ]] || complain "exit code of an encode that is told to end"
+grep -q "stopped by a signal" log.txt || complain "an encode that is told to end says: $(cat log.txt)"
+ls -A | grep -F stopped.mien && complain "an encode that is told to end left a file"
 
 # Who asks for JSON gets JSON, also when it goes wrong.
 json_error() { # json_error COMMAND...: exit 1 and {"error": ...}
@@ -206,7 +237,7 @@ if mount -t tmpfs -o size=32k tmpfs full 2>/dev/null; then
     refuses "space" "$bin/mien-play" --headless vertices.mien -o full/x.mp4 --size 320x320
     left "a movie"
     mount -o remount,ro full
-    refuses "cannot write 'full/x.mien': read-only" "$mien" encode clip -o full/x.mien
+    refuses "cannot write full/x.mien: read-only" "$mien" encode clip -o full/x.mien
     refuses "full.*read-only" "$mien" decode vertices.mien -o full/x
     refuses "full.*read-only" "$mien" stage -o full/y --expressions --seconds 0.2 --texture-size 0 --markers 0
     refuses "full.*read-only" "$bin/mien-play" --headless vertices.mien -o full/x.png --size 64x64

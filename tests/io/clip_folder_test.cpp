@@ -1,10 +1,13 @@
 #include "io/clip_folder.hpp"
 
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -145,11 +148,50 @@ TEST(ClipFolder, IsNeverOverwrittenUnasked) {
 }
 
 TEST(ClipFolder, AFullDiskIsToldAndLeavesNothing) {
-    if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
     const TemporaryFolder folder;
-    fs::create_symlink("/dev/full", folder / "a.npy.part");
+    // A limit on file sizes answers as a full disk does.
+    rlimit before{}, small{};
+    ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+    small = {10'000, before.rlim_max};
+    const auto handler = signal(SIGXFSZ, SIG_IGN);
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
     EXPECT_THROW(write_npy(folder / "a.npy", {100000}, std::vector<float>(100000)), EnvironmentError);
-    EXPECT_FALSE(fs::exists(folder / "a.npy"));
+    EXPECT_THROW(write_file(folder / "a.txt", std::string(10'001, 'a')), EnvironmentError) << "shows only when the file is closed";
+    EXPECT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+    signal(SIGXFSZ, handler);
+    EXPECT_TRUE(fs::is_empty(folder.path()));
+}
+
+TEST(ClipFolder, AFileOfTheSameNameThatComesMeanwhileStays) {
+    const TemporaryFolder folder;
+    OutputFile first(folder / "a.mien", false), second(folder / "a.mien", false), third(folder / "a.mien", true);
+    write_file(folder / "a.mien.part", "somebody else's");
+    first.write("first");
+    second.write("second");
+    third.write("third");
+    first.commit();
+    EXPECT_THROW(second.commit(), EnvironmentError);
+    EXPECT_EQ(read_text(folder / "a.mien").value(), "first");
+    third.commit_to_disk();
+    EXPECT_EQ(read_text(folder / "a.mien").value(), "third");
+    EXPECT_EQ(read_text(folder / "a.mien.part").value(), "somebody else's");
+}
+
+TEST(ClipFolder, OfTwoThatAreWrittenAtOnceOneIsKeptWhole) {
+    const TemporaryFolder folder;
+    Clip clip = full_clip(), other = full_clip();
+    std::atomic<bool> written = false;
+    // The other writer is done when this one has come to its texture.
+    const auto meanwhile = [&](std::string_view, std::int64_t, std::int64_t) {
+        if (written.exchange(true)) return;
+        EXPECT_TRUE(write_clip(folder / "take", other));
+    };
+    other.frame_rate = {60, 1};
+    EXPECT_THROW((void)write_clip(folder / "take", clip, {.progress = meanwhile}), EnvironmentError);
+    const auto loaded = load_clip(folder / "take");
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    EXPECT_EQ(loaded->clip.frame_rate, (Rational{60, 1}));
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 1) << "nothing is left beside it";
 }
 
 TEST(ClipFolder, AMovingTextureCanBeOneLosslessVideo) {
@@ -323,9 +365,80 @@ TEST_F(BadClip, UnitMistakesAreNamedWithTheUnitThatWasMeant) {
     }
 }
 
+TEST_F(BadClip, MotionOfAnotherSizeThanItsNeutralMeshIsAProblem) {
+    const auto of_vertices = [&](auto change) {
+        Clip other = clip;
+        change(*other.vertices);
+        EXPECT_TRUE(write_clip(path, other, {.overwrite = true}));
+    };
+    of_vertices([](PointSequence& points) { for (float& v : points.xyz) v *= 10; });
+    expect_message(path, {"vertices.npy is 2.5 m large", "neutral.obj is 250 mm", "one unit"});
+    of_vertices([](PointSequence& points) { for (float& v : points.xyz) v /= 1000; });
+    expect_message(path, {"vertices.npy is 0.25 mm large"});
+    of_vertices([](PointSequence& points) { for (float& v : points.xyz) v = 0; });
+    expect_message(path, {"vertices.npy is 0 mm large"});
+    of_vertices([](PointSequence& points) { points.frame(1)(2, 0) = 1e30f; });
+    expect_message(path, {"vertices.npy", "vertex 2 of frame 1", "more than a kilometre away"});
+    Clip other = clip;
+    other.markers.emplace(3, 4);
+    for (int f = 0; f < 3; ++f) other.markers->frame(f) = clip.neutral->positions * 1000;
+    other.marker_sites.clear();
+    ASSERT_TRUE(write_clip(path, other, {.overwrite = true}));
+    expect_message(path, {"markers.npy is 250 m large", "neutral.obj is 250 mm"});
+    EXPECT_FALSE(check_clip(path).good());
+}
+
+TEST_F(BadClip, WhatIsAskedForAgainstTheDescriptionIsWarnedAbout) {
+    const auto asked = load_clip(path, {.frame_rate = Rational{25, 1}, .unit = Unit::m});
+    ASSERT_TRUE(asked) << asked.error().message;
+    EXPECT_TRUE(warns(*asked, "says 30000/1001 frames a second"));
+    EXPECT_TRUE(warns(*asked, "says its unit is cm"));
+    EXPECT_TRUE(warns(*asked, "ask for cm, or for none")) << "it stands in clip.json already";
+    const auto same = load_clip(path, {.frame_rate = Rational{30000, 1001}, .unit = Unit::cm});
+    ASSERT_TRUE(same);
+    EXPECT_TRUE(same->warnings.empty());
+}
+
+TEST(PlainFile, ToldWhatItLacksByWhatCanBeDone) {
+    const TemporaryFolder folder;
+    write_npy(folder / "m.npy", {2, 1, 3}, std::vector<float>(6));
+    const auto alone = load_clip(folder / "m.npy");
+    ASSERT_TRUE(alone) << alone.error().message;
+    EXPECT_TRUE(warns(*alone, "give --fps") && warns(*alone, "give --unit"));
+    write_file(folder / "clip.json", "{}");
+    EXPECT_TRUE(warns(*load_clip(folder / "m.npy"), "name the folder"));
+}
+
+TEST(PlainFolder, WeightsAmongWhichSomeAreNamedAsAxesStayWeights) {
+    const std::string table = "time_s,jawOpen,smile,grp_x,grp_y,grp_z\n0,0,1,2,3,4\n0.1,0,1,2,3,4\n";
+    for (const char* name : {"weights.csv", "take.csv"}) {
+        const TemporaryFolder folder;
+        write_file(folder / name, table);
+        const auto loaded = load_clip(folder.path());
+        ASSERT_TRUE(loaded) << loaded.error().message;
+        ASSERT_TRUE(loaded->clip.weights) << name;
+        EXPECT_EQ(loaded->clip.weights->count, 5);
+        EXPECT_FALSE(loaded->clip.markers);
+    }
+    const TemporaryFolder folder;
+    write_file(folder / "markers.csv", table);
+    const auto loaded = load_clip(folder.path());
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    EXPECT_EQ(loaded->clip.markers->points, 1);
+    EXPECT_TRUE(warns(*loaded, "jawOpen, smile"));
+}
+
+TEST(PlainFolder, AModelBesideARecordingIsItsNeutralOrNamed) {
+    if (recordings().empty()) GTEST_SKIP() << "no recordings here";
+    const auto loaded = load_clip(recordings() / "facecap_glb");
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    EXPECT_EQ(loaded->clip.weights->count, 67);
+    EXPECT_TRUE(warns(*loaded, "facecap.glb"));
+}
+
 TEST_F(BadClip, TheDescriptionIsCheckedKeyByKey) {
     describe("{\"fps\": 30,");
-    expect_message(path, {"clip.json is not JSON"});
+    expect_message(path, {"clip.json is not JSON: parse error at line 1"});
     describe("[]");
     expect_message(path, {"not a JSON object"});
     describe(std::string(100000, '['));

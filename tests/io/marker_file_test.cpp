@@ -48,6 +48,18 @@ TEST(MarkerTable, PlainColumnsAreThreePerMarker) {
     EXPECT_FALSE(parse_csv(""));
 }
 
+TEST(MarkerTable, LinesThatEndEarlyAndOtherColumnsAreToldOf) {
+    const auto cut = parse_csv("a_x,a_y,a_z,b_x,b_y,b_z\n1,2,3,4,5,6\n1,2,3,4\n");
+    ASSERT_TRUE(cut) << cut.error().message;
+    ASSERT_EQ(cut->warnings.size(), 1u);
+    EXPECT_NE(cut->warnings[0].find("line 3"), std::string::npos) << cut->warnings[0];
+    EXPECT_TRUE(cut->points.frame(1).row(1).array().isNaN().all());
+    const auto more = parse_csv("frame,a_x,a_y,a_z,speed\n1,1,2,3,4\n");
+    ASSERT_TRUE(more) << more.error().message;
+    ASSERT_EQ(more->warnings.size(), 1u);
+    EXPECT_NE(more->warnings[0].find("speed"), std::string::npos) << more->warnings[0];
+}
+
 TEST(Trc, ReadsRateUnitNamesAndBlanks) {
     const auto take = parse_trc("PathFileType\t4\t(X/Y/Z)\ttake.trc\r\n"
                                 "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames\r\n"

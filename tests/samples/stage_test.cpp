@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 
 #include "core/environment_error.hpp"
@@ -136,6 +137,8 @@ TEST(Stage, RefusesOptionsThatMakeNoSense) {
     EXPECT_TRUE(refused([](StageOptions& o) { o.texture_size = 5; }));
     EXPECT_TRUE(refused([](StageOptions& o) { o.fps = Rational{0, 1}; }));
     EXPECT_TRUE(refused([](StageOptions& o) { o.identity = {1}; }));
+    for (const float far : {1e10f, -11.f, NAN})
+        EXPECT_TRUE(refused([&](StageOptions& o) { o.actor = "ict:nowhere", o.identity = {0, far}; }));
 }
 
 TEST(Stage, SpeaksForAboutTenSecondsWhenNotTold) {
