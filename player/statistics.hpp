@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "net/source.hpp"
 
@@ -34,6 +35,8 @@ struct Statistics {
     std::optional<double> rendered_psnr, rendered_ssim;
 };
 
+/// How to_json() begins, spaces and line ends apart.
+inline constexpr std::string_view kStatisticsBegin = R"({"startup_s":)";
 std::string to_json(const Statistics& statistics);
 /// Throws EnvironmentError.
 void write_json(const std::filesystem::path& path, const Statistics& statistics);

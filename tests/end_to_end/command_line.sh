@@ -114,7 +114,18 @@ done
 does "$mien" decode sounding.mien -o sounding-back
 does "$mien" check sounding-back
 does "$bin/mien-play" --headless sounding.mien -o sounding.png --size 64x64
-does "$bin/mien-play" --headless sounding.mien -o sounding.png --size 64x64 --start 0:00.05 --rung 0
+refuses "there already; -y" "$bin/mien-play" --headless sounding.mien -o sounding.png --size 64x64
+does "$bin/mien-play" --headless sounding.mien -o sounding.png -y --size 64x64 --start 0:00.05 --rung 0
+# What is read is never written over, and nothing is that is no older report.
+cp sounding.mien before.mien
+ln -s sounding.mien link.png
+refuses "what is read" "$bin/mien-play" --headless sounding.mien -o link.png -y
+refuses "what is read" "$bin/mien-play" --headless sounding.mien -o x.png --stats-json sounding.mien
+refuses "what is read" "$bin/mien-play" --headless sounding.mien -o x.png --compare sounding --stats-json sounding/clip.json
+refuses "sheet writes .png" "$bin/mien-play" --headless sounding.mien --sheet x.mien
+refuses "no earlier" "$bin/mien-play" --headless sounding.mien -o x.png --stats-json vertices.mien
+cmp -s sounding.mien before.mien || complain "the player has written over its input"
+rm link.png
 refuses "a time is" "$bin/mien-play" --headless sounding.mien -o x.png --start 1:75
 refuses "for the window" "$bin/mien-play" --headless sounding.mien -o x.png --pause
 refuses "for the window" "$bin/mien-play" --headless sounding.mien -o x.png --rung auto
