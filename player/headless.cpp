@@ -41,12 +41,15 @@ class HeadlessRun {
 public:
     HeadlessRun(const Options& options, double process_start) : options_(options), process_start_(process_start) {}
     Result<void> run();
+    /// Names what was lost of that which was asked for; whether anything was.
+    bool tell_damage() const;
 
 private:
     bool wants_movie() const { return options_.output.extension() == ".mp4"; }
     bool wants_png() const { return !options_.output.empty() && !wants_movie(); }
     Result<void> open();
     Result<PlayFrame> next_frame();
+    bool over(const Result<PlayFrame>& frame) const;
     void go_to(std::int64_t frame);
     Result<PlayFrame> frame_at(std::int64_t frame);
     Result<void> make_picture();
@@ -57,6 +60,7 @@ private:
     Result<void> make_live();
     Result<PlayFrame> next_live();
     Result<void> movie_frame(const PlayFrame& frame, render::Target& target);
+    void write_until(std::int64_t frame);
     void sheet_moment(int moment);
     void show(const PlayFrame& frame);
     Image picture(const render::OrbitCamera& camera, render::Target& target);
@@ -76,6 +80,7 @@ private:
     std::optional<media::VideoWriter> movie_;
     std::int64_t first_ = 0, end_ = 0;     // frames wanted, end_ not included
     std::int64_t written_ = 0;             // frames of the movie, at its own rate
+    Image last_;                           // picture of the movie: stays where frames are lost
     bool begun_ = false;
     double busy_ = 0;                      // seconds spent on what was received
     std::optional<PictureComparison> likeness_;   // of received and truth pictures
@@ -138,7 +143,25 @@ Result<PlayFrame> HeadlessRun::next_frame() {
     const auto failed = [&] { return session_.source->status().state == net::SourceState::failed; };
     if (auto frame = session_.decode->wait_pop(failed)) return std::move(*frame);
     if (failed()) return Error{ErrorCode::unavailable, session_.source->status().reason};
-    return Error{ErrorCode::truncated, "the stream ended before the last frame that was asked for"};
+    return Error{ErrorCode::truncated, "nothing that was asked for is left in the stream"};
+}
+
+/// The stream has ended early, and what it held is shown.
+bool HeadlessRun::over(const Result<PlayFrame>& frame) const {
+    return !frame.ok() && frame.error().code == ErrorCode::truncated && statistics_.frames > 0;
+}
+
+bool HeadlessRun::tell_damage() const {
+    if (!session_.decode || session_.stream->live) return false;
+    const double rate = session_.stream->frame_rate.value();
+    const double from = double(first_) / rate, until = double(wants_png() && options_.sheet.empty() ? first_ + 1 : end_) / rate;
+    bool lost = false;
+    for (const Damage& damage : session_.decode->damage().stretches()) {
+        if (damage.end <= from || damage.first >= until) continue;
+        fmt::print(stderr, "mien-play: {}\n", describe(damage));
+        lost = true;
+    }
+    return lost;
 }
 
 /// As next_frame(), but a live stream owes us nothing: `missing` when it has ended or nothing comes.
@@ -244,8 +267,10 @@ void HeadlessRun::sheet_moment(int moment) {
 
 Result<void> HeadlessRun::make_sheet() {
     for (int i = 0; i < ContactSheet::kMoments; ++i) {
-        MIEN_TRY(frame, frame_at(sheet_->moments()[std::size_t(i)]));
-        show(frame);
+        const auto frame = frame_at(sheet_->moments()[std::size_t(i)]);
+        if (over(frame)) break;
+        if (!frame.ok()) return frame.error();
+        show(*frame);
         sheet_moment(i);
     }
     return {};
@@ -270,14 +295,18 @@ Result<void> HeadlessRun::movie_frame(const PlayFrame& frame, render::Target& ta
         draw_label(both, options_.width + 16, 14, 2, "received");
         image = std::move(both);
     }
-    // A movie of another rate repeats or leaves out pictures: each shows what is due at its own time.
-    const Rational own = session_.stream->frame_rate, rate = options_.frame_rate.value_or(own);
-    const double until = double(frame.frame + 1 - first_) / own.value();
-    while (double(written_) / rate.value() < until - 1e-9) {
-        movie_->write(image);
-        ++written_;
-    }
+    if (written_ == 0) last_ = image;
+    write_until(frame.frame);
+    last_ = std::move(image);
+    write_until(frame.frame + 1);
     return {};
+}
+
+/// A movie of another rate repeats or leaves out pictures: each shows what is due at its own time.
+void HeadlessRun::write_until(std::int64_t frame) {
+    const Rational own = session_.stream->frame_rate, rate = options_.frame_rate.value_or(own);
+    const double until = double(frame - first_) / own.value();
+    for (; double(written_) / rate.value() < until - 1e-9; ++written_) movie_->write(last_);
 }
 
 /// A movie file wants its sound before its pictures, so the sound track comes by itself first; it is small.
@@ -291,8 +320,8 @@ Result<Sound> HeadlessRun::fetch_sound() {
     while (session_.decode->wait_pop(over)) {}
     if (session_.source->status().state == net::SourceState::failed)
         return Error{ErrorCode::unavailable, session_.source->status().reason};
-    session_.source->select(stream.slots() & ~(std::uint64_t(1) << stream.sound_slot));
-    return sound_.between(start, end);
+    session_.decode->select(stream.slots() & ~(std::uint64_t(1) << stream.sound_slot));
+    return sound_.between(start, std::clamp(sound_.end(), start, end));
 }
 
 Result<void> HeadlessRun::make_movie() {
@@ -300,7 +329,7 @@ Result<void> HeadlessRun::make_movie() {
     media::VideoWriter::Movie wanted;
     if (session_.stream->sound) {
         MIEN_TRY(sound, fetch_sound());
-        wanted.sound = std::move(sound);
+        if (!sound.samples.empty()) wanted.sound = std::move(sound);
     }
     movie_ = media::VideoWriter::movie(options_.output, options_.width * (truth_ ? 2 : 1), options_.height,
                                        options_.frame_rate.value_or(own), std::move(wanted));
@@ -311,14 +340,16 @@ Result<void> HeadlessRun::make_movie() {
     std::size_t moment = 0;
     for (std::int64_t next = first_; next < end_;) {
         const double start = steady_seconds();
-        MIEN_TRY(frame, next_frame());
+        const auto frame = next_frame();
         busy_ += steady_seconds() - start;
-        if (frame.frame >= end_) break;
-        MIEN_CHECK(movie_frame(frame, target));
-        while (sheet_ && moment < sheet_->moments().size() && sheet_->moments()[moment] <= frame.frame)
+        if (over(frame)) break;
+        if (!frame.ok()) return frame.error();
+        if (frame->frame >= end_) break;
+        MIEN_CHECK(movie_frame(*frame, target));
+        while (sheet_ && moment < sheet_->moments().size() && sheet_->moments()[moment] <= frame->frame)
             sheet_moment(int(moment++));
-        next = frame.frame + 1;
-        tell(frame.frame);
+        next = frame->frame + 1;
+        tell(frame->frame);
     }
     movie_->finish();
     return {};
@@ -343,10 +374,14 @@ Result<void> HeadlessRun::measure() {
         const double before = std::exchange(now, steady_seconds());
         return 1000 * (now - before);
     };
-    while (first_ + statistics_.frames < end_) {
-        MIEN_TRY(frame, next_frame());
+    for (std::int64_t next = first_ + 1; next < end_;) {
+        const auto frame = next_frame();
+        if (over(frame)) break;
+        if (!frame.ok()) return frame.error();
+        if (frame->frame >= end_) break;
+        next = frame->frame + 1;
         cost.wait += lap();
-        show(frame);
+        show(*frame);
         cost.upload += lap();
         face_->draw(camera(), {}, target);
         target.wait();
@@ -397,11 +432,10 @@ double steady_seconds() {
 
 int run_headless(const Options& options, double process_start) {
     HeadlessRun run(options, process_start);
-    if (auto done = run.run(); !done.ok()) {
-        fmt::print(stderr, "mien-play: {}\n", done.error().message);
-        return 1;
-    }
-    return 0;
+    const auto done = run.run();
+    const bool lost = run.tell_damage();
+    if (!done.ok()) fmt::print(stderr, "mien-play: {}\n", done.error().message);
+    return !done.ok() || lost;
 }
 
 }  // namespace mien::player

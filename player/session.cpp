@@ -14,6 +14,7 @@ void Session::collect(Statistics& statistics) const {
     statistics.source = source->statistics();
     statistics.dropped = decode->dropped();
     statistics.damaged_groups = decode->damaged_groups();
+    statistics.damage = decode->damage().stretches();
     statistics.motion_bytes = motion_bytes();
     statistics.texture_bytes = texture_bytes();
     if (stream->sound) statistics.sound_bytes = decode->bytes_of(stream->sound_slot);
@@ -40,6 +41,7 @@ Result<Session> open_session(const std::string& input, SessionOptions options) {
     using namespace std::chrono_literals;
     Session session;
     // A file gives what it has at once.
+    session.start = options.source.start;
     session.networked = net::looks_like_url(input);
     session.adapts = options.texture.automatic && session.networked;
     if (!session.adapts) options.texture.automatic = false;
@@ -71,10 +73,11 @@ Result<Session> open_session(const std::string& input, SessionOptions options) {
         session.refiner = std::make_unique<Refiner>(*session.source, *session.stream, std::move(session.stream->growing));
     session.stream->growing.reset();
     const bool sound_only = options.sound_first && session.stream->sound;
-    session.source->select(sound_only ? std::uint64_t(1) << session.stream->sound_slot : session.stream->slots());
     session.decode = std::make_unique<DecodeThread>(
         *session.source, *session.stream,
         options.sound_sink ? options.sound_sink(*session.stream) : DecodeThread::SoundSink{}, options.delay);
+    session.decode->select(sound_only ? std::uint64_t(1) << session.stream->sound_slot : session.stream->slots());
+    if (const std::string why = session.source->statistics().incomplete; !why.empty()) fmt::print(stderr, "mien-play: {}: {}\n", input, why);
     return session;
 }
 

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "net/source.hpp"
+#include "player/damage_log.hpp"
 
 namespace mien::player {
 
@@ -19,6 +20,7 @@ struct Statistics {
     std::uint64_t dropped = 0;         ///< frames decoded or skipped, never shown, because they came too late
     std::uint32_t stalls = 0;          ///< times playing had to wait for the network
     std::uint64_t damaged_groups = 0;
+    std::vector<Damage> damage;        ///< met in a recording
     std::uint64_t motion_bytes = 0, texture_bytes = 0, sound_bytes = 0;   ///< of objects
     net::SourceStatistics source;
     /// Means per frame of --benchmark, ms. The first three follow each other on one thread; `processor` is what all

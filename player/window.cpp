@@ -94,6 +94,8 @@ private:
     void open(std::string input);
     void poll_opening(double now);
     void refine(double now);
+    void tell_damage(double now);
+    void sum_up_damage();
     void draw(double now);
     void key(int key, double now);
     void character(unsigned code, double now);
@@ -127,6 +129,7 @@ private:
     double counted_since_ = 0, shown_per_second_ = 0, draw_seconds_ = 0;
     int counted_ = 0;
     std::size_t shown_rung_ = 0;
+    std::vector<Damage> told_;             // as it was when it was told
     int windowed_[4] = {0, 0, 640, 720};
 };
 
@@ -193,6 +196,7 @@ void PlayerWindow::open(std::string input) {
     *cancelled_ = true;
     if (opening_.valid()) opening_.wait();
     cancelled_ = std::make_shared<std::atomic<bool>>(false);
+    sum_up_damage();
     playback_.reset();
     face_.reset();
     framed_ = false;
@@ -236,6 +240,25 @@ void PlayerWindow::refine(double now) {
         say(unrefined_ = std::move(why), now);
         dirty_ = true;
     }
+}
+
+/// Each stretch when it is met; how far it went is known later.
+void PlayerWindow::tell_damage(double now) {
+    const std::vector<Damage> stretches = playback_->session().decode->damage().stretches();
+    for (std::size_t d = told_.size(); d < stretches.size(); ++d) {
+        fmt::print(stderr, "mien-play: {}\n", describe(stretches[d]));
+        say(describe(stretches[d]), now);
+        told_.push_back(stretches[d]);
+        dirty_ = true;
+    }
+}
+
+void PlayerWindow::sum_up_damage() {
+    if (!playback_) return;
+    const std::vector<Damage> stretches = playback_->session().decode->damage().stretches();
+    for (std::size_t d = 0; d < stretches.size(); ++d)
+        if (d >= told_.size() || stretches[d].end > told_[d].end || stretches[d].first < told_[d].first) fmt::print(stderr, "mien-play: in all, {}\n", describe(stretches[d]));
+    told_.clear();
 }
 
 void PlayerWindow::key(int key, double now) {
@@ -445,6 +468,7 @@ int PlayerWindow::run() {
         bool fresh = false;
         if (playback_) {
             refine(now);
+            tell_damage(now);
             if (const auto frame = playback_->tick(now)) {
                 face_->show(*frame);
                 shown_rung_ = frame->texture_rung;
@@ -473,6 +497,7 @@ int PlayerWindow::run() {
             glfwWaitEventsTimeout(kIdleWait);
         }
     }
+    sum_up_damage();
     finish_statistics();
     return failure_.empty() ? 0 : 1;
 }
