@@ -15,6 +15,7 @@ int serve(mien::net::ServerOptions options, bool quiet) {
     if (!quiet) options.log = [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
     mien::net::Server server(options);
     for (const std::string& complaint : server.unreadable()) fmt::print(stderr, "mien-serve: not served: {}\n", complaint);
+    for (const std::string& remark : server.incomplete()) fmt::print(stderr, "mien-serve: served as far as it goes: {}\n", remark);
     const auto streams = server.streams();
     if (streams.empty() && !options.publish) {
         fmt::print(stderr, "mien-serve: {} holds no stream that can be served; make one with: mien encode CLIP -o {}/NAME.mien\n",
