@@ -49,6 +49,7 @@ int main(int argc, char** argv) {
     app.add_option("--max-viewers", options.max_viewers, "Viewers at one time")->capture_default_str()->check(CLI::Range(1, 1000000));
     app.add_flag("--publish", options.publish, "Take live streams (mien live) from programs on this machine");
     app.add_option("--ahead", options.ahead, "Seconds that are sent before they are due")->capture_default_str()->check(CLI::Range(0.0, 3600.0));
+    app.set_version_flag("--version", "mien-serve " MIEN_VERSION);
     app.add_flag("--quiet", quiet, "Say nothing but the line 'listening on ...' and what goes wrong");
     try {
         app.parse(argc, argv);
