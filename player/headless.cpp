@@ -21,6 +21,7 @@
 #include "player/label.hpp"
 #include "player/session.hpp"
 #include "player/sound_track.hpp"
+#include "player/stop_signal.hpp"
 #include "player/truth.hpp"
 #include "render/context.hpp"
 
@@ -29,6 +30,9 @@ namespace {
 
 constexpr std::int64_t kLikenessEvery = 15;   // SSIM of a picture takes longer than drawing it
 constexpr int kTileWidth = 270, kTileHeight = 304;   // of the contact sheet: 2160 pixels across
+
+const Error kStopped{ErrorCode::unavailable, "stopped before the end"};
+bool stopped() { return StopSignal::number() != 0; }
 
 double processor_seconds() {
     timespec time{};
@@ -40,6 +44,7 @@ double processor_seconds() {
 class HeadlessRun {
 public:
     HeadlessRun(const Options& options, double process_start) : options_(options), process_start_(process_start) {}
+    /// Figures are written whatever came of it.
     Result<void> run();
     /// Names what was lost of that which was asked for; whether anything was.
     bool tell_damage() const;
@@ -47,6 +52,8 @@ public:
 private:
     bool wants_movie() const { return options_.output.extension() == ".mp4"; }
     bool wants_png() const { return !options_.output.empty() && !wants_movie(); }
+    Result<void> write_outputs();
+    void write_figures();
     Result<void> open();
     Result<PlayFrame> next_frame();
     bool over(const Result<PlayFrame>& frame) const;
@@ -104,6 +111,7 @@ Result<void> HeadlessRun::open() {
     wanted.texture = options_.texture;
     wanted.sound_first = wanted.sound;
     wanted.wait = options_.wait;
+    wanted.give_up = stopped;
     wanted.sound_sink = [this](const StreamModel&) {
         return [this](decoder::SoundDecoder::Block block) { sound_.add(std::move(block)); };
     };
@@ -135,13 +143,18 @@ Result<void> HeadlessRun::open() {
     if (truth->frames() < end_)
         return Error{ErrorCode::mismatch, fmt::format("{} has {} frames, the stream {}", options_.compare.string(),
                                                       truth->frames(), end_)};
+    if (stream.frames > 0 && truth->frames() != stream.frames)
+        fmt::print(stderr, "mien-play: {} has {} frames, the stream {}: is it the clip that the stream was made of?\n", options_.compare.string(), truth->frames(), stream.frames);
+    if (truth->frame_rate() != stream.frame_rate)
+        fmt::print(stderr, "mien-play: {} has {} frames/s, the stream {}\n", options_.compare.string(), to_string(truth->frame_rate()), to_string(stream.frame_rate));
     truth_ = std::move(truth);
     return {};
 }
 
 Result<PlayFrame> HeadlessRun::next_frame() {
     const auto failed = [&] { return session_.source->status().state == net::SourceState::failed; };
-    if (auto frame = session_.decode->wait_pop(failed)) return std::move(*frame);
+    if (auto frame = stopped() ? std::nullopt : session_.decode->wait_pop([&] { return failed() || stopped(); })) return std::move(*frame);
+    if (stopped()) return kStopped;
     if (failed()) return Error{ErrorCode::unavailable, session_.source->status().reason};
     return Error{ErrorCode::truncated, "nothing that was asked for is left in the stream"};
 }
@@ -167,8 +180,9 @@ bool HeadlessRun::tell_damage() const {
 /// As next_frame(), but a live stream owes us nothing: `missing` when it has ended or nothing comes.
 Result<PlayFrame> HeadlessRun::next_live() {
     const double until = steady_seconds() + options_.wait;
-    const auto over = [&] { return session_.source->status().state == net::SourceState::failed || steady_seconds() > until; };
-    if (auto frame = session_.decode->wait_pop(over)) return std::move(*frame);
+    const auto over = [&] { return session_.source->status().state == net::SourceState::failed || steady_seconds() > until || stopped(); };
+    if (auto frame = stopped() ? std::nullopt : session_.decode->wait_pop(over)) return std::move(*frame);
+    if (stopped()) return kStopped;
     const net::SourceStatus status = session_.source->status();
     if (status.state == net::SourceState::failed) return Error{ErrorCode::missing, status.reason};
     if (session_.decode->drained()) return Error{ErrorCode::missing, "the live stream has ended"};
@@ -315,9 +329,10 @@ Result<Sound> HeadlessRun::fetch_sound() {
     const double start = double(first_) / stream.frame_rate.value(), end = double(end_) / stream.frame_rate.value();
     go_to(first_);
     const auto over = [&] {
-        return sound_.end() >= end || session_.source->status().state == net::SourceState::failed;
+        return sound_.end() >= end || session_.source->status().state == net::SourceState::failed || stopped();
     };
     while (session_.decode->wait_pop(over)) {}
+    if (stopped()) return kStopped;
     if (session_.source->status().state == net::SourceState::failed)
         return Error{ErrorCode::unavailable, session_.source->status().reason};
     session_.decode->select(stream.slots() & ~(std::uint64_t(1) << stream.sound_slot));
@@ -399,6 +414,13 @@ Result<void> HeadlessRun::measure() {
 
 Result<void> HeadlessRun::run() {
     MIEN_CHECK(open());
+    const auto done = write_outputs();
+    movie_.reset();   // one that has no end is none
+    write_figures();
+    return done;
+}
+
+Result<void> HeadlessRun::write_outputs() {
     const bool live = session_.stream->live;
     if (live) MIEN_CHECK(make_live());
     if (!options_.sheet.empty()) {
@@ -413,6 +435,10 @@ Result<void> HeadlessRun::run() {
         MIEN_CHECK(make_sheet());
     }
     if (sheet_) io::write_image(options_.sheet, sheet_->finish(session_.stream->frame_rate));
+    return {};
+}
+
+void HeadlessRun::write_figures() {
     if (busy_ > 0) statistics_.frames_per_second = double(statistics_.frames) / busy_;
     if (likeness_ && likeness_->frames() > 0) {
         statistics_.rendered_psnr = likeness_->psnr_y();
@@ -421,7 +447,6 @@ Result<void> HeadlessRun::run() {
     session_.collect(statistics_);
     if (options_.benchmark) fmt::print("{}", to_json(statistics_));
     if (!options_.stats.empty()) write_json(options_.stats, statistics_);
-    return {};
 }
 
 }  // namespace
@@ -431,11 +456,13 @@ double steady_seconds() {
 }
 
 int run_headless(const Options& options, double process_start) {
+    const StopSignal stop;
     HeadlessRun run(options, process_start);
     const auto done = run.run();
     const bool lost = run.tell_damage();
-    if (!done.ok()) fmt::print(stderr, "mien-play: {}\n", done.error().message);
-    return !done.ok() || lost;
+    if (done.ok()) return lost;
+    fmt::print(stderr, "mien-play: {}\n", done.error().message);
+    return stopped() ? 128 + StopSignal::number() : 1;
 }
 
 }  // namespace mien::player

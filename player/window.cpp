@@ -17,6 +17,7 @@
 #include "player/overlay.hpp"
 #include "player/playback.hpp"
 #include "player/screenshot.hpp"
+#include "player/stop_signal.hpp"
 #include "player/view_controls.hpp"
 #include "render/context.hpp"
 
@@ -217,7 +218,10 @@ void PlayerWindow::poll_opening(double now) {
         fmt::print(stderr, "mien-play: {}\n", failure_);
         return;
     }
-    if (!opened.no_sound.empty()) say(fmt::format("silent: {}", opened.no_sound), now);
+    if (!opened.no_sound.empty()) {
+        fmt::print(stderr, "mien-play: {}: silent\n", opened.no_sound);
+        say(fmt::format("silent: {}", opened.no_sound), now);
+    }
     face_ = std::make_unique<FaceView>(*opened.session->stream);
     glfwSetWindowTitle(window_.get(), fmt::format("{}{} - mien", opened.session->source->header().name, opened.session->stream->live ? " (live)" : "").c_str());
     playback_ = std::make_unique<Playback>(std::move(*opened.session), std::move(opened.sound), options_.loop);
@@ -462,7 +466,7 @@ void PlayerWindow::draw(double now) {
 
 int PlayerWindow::run() {
     double overlay_until = 0;
-    while (!glfwWindowShouldClose(window_.get())) {
+    while (!glfwWindowShouldClose(window_.get()) && StopSignal::number() == 0) {
         const double now = steady_seconds();
         poll_opening(now);
         bool fresh = false;
@@ -513,8 +517,10 @@ void PlayerWindow::finish_statistics() {
 }  // namespace
 
 int run_window(const Options& options, double process_start) {
+    const StopSignal stop;
     PlayerWindow window(options, process_start);
-    return window.run();
+    const int code = window.run();
+    return StopSignal::number() ? 128 + StopSignal::number() : code;
 }
 
 }  // namespace mien::player
