@@ -296,6 +296,22 @@ std::string json_begin(const Arguments& arguments) {
     return arguments.clips.empty() && !arguments.smoke ? std::string() : std::string(bench::kJsonBegin);
 }
 
+/// A word of --codecs or --texture-codecs that no codec begins with, said; empty: there is none.
+std::string unknown_codec(const Arguments& arguments) {
+    const bench::GeometryCodecs codecs = bench::geometry_codecs();
+    std::vector<std::string> motion;
+    for (const auto& codec : codecs.codecs) motion.push_back(codec->name);
+    for (const auto& [name, why] : codecs.absent) motion.push_back(name);
+    const auto unknown = [](const std::vector<std::string>& asked, const std::vector<std::string>& names, const char* option) -> std::string {
+        for (const std::string& word : asked)
+            if (std::none_of(names.begin(), names.end(), [&](const std::string& name) { return name.starts_with(word); }))
+                return fmt::format("{}: this build has no codec '{}'; --list shows those there are", option, word);
+        return {};
+    };
+    const std::string of_motion = unknown(arguments.suite.codecs, motion, "--codecs");
+    return of_motion.empty() ? unknown(arguments.suite.texture_codecs, encoder::texture_codecs(), "--texture-codecs") : of_motion;
+}
+
 /// Nothing that was asked for may cost a clip, a stream or another program's file.
 Result<void> guard_files(const Arguments& arguments) {
     std::vector<std::filesystem::path> inputs(arguments.clips.begin(), arguments.clips.end());
@@ -393,6 +409,7 @@ int main(int argc, char** argv) {
     }
     try {
         if (a.list) return list_codecs();
+        if (const std::string unknown = unknown_codec(a); !unknown.empty()) return complain(unknown), tools::kMisused;
         if (const auto guarded = guard_files(a); !guarded.ok())
             return complain(guarded.error().message), guarded.error().code == ErrorCode::invalid ? tools::kMisused : tools::kFailed;
         if (!a.write.empty()) return write_ict(a);

@@ -49,6 +49,8 @@ refuses 2 "name a clip" "$bench"
 refuses 2 "nosuchoption" "$bench" --nosuchoption
 refuses 2 "rms" "$bench" --smoke --rms -1
 refuses 1 "nowhere" "$bench" nowhere
+refuses 2 "no codec .foo" "$bench" nowhere --codecs raw,foo
+refuses 2 "no codec .vp9" "$bench" nowhere --texture-codecs vp9
 refuses 1 "nowhere" "$bench" nowhere --motion-speed
 refuses 2 "known" "$bench" nowhere --known 10
 refuses 2 "a clip" "$bench" --json r.json --motion-speed
