@@ -206,7 +206,7 @@ TEST_P(Damage, OfTheFileItselfIsRefusedOrPlays) {
         // The checksums let nothing through that was not written.
         for (const auto& [frame, hashes] : played.frames) {
             EXPECT_EQ(hashes.motion, whole_.frames.at(frame).motion) << "frame " << frame;
-            if (hashes.picture) EXPECT_EQ(*hashes.picture, whole_.frames.at(frame).picture) << "frame " << frame;
+            EXPECT_TRUE(!hashes.picture || hashes.picture == whole_.frames.at(frame).picture) << "frame " << frame;
         }
     };
     for (std::size_t at = 0; at < file.size(); at += 1 + file.size() / 25) {

@@ -174,7 +174,7 @@ TEST(GroupDecoder, WhereItsTextureIsLostTheMotionGoesOnWithoutAnotherFramesPictu
         ASSERT_EQ(numbers(frames), range(0, kFrames));
         for (const PlayFrame& frame : frames) {
             EXPECT_EQ(frame.texture.has_value(), !lost.contains(std::uint32_t(frame.frame / 5))) << frame.frame;
-            if (frame.texture) EXPECT_EQ(frame.texture->frame, frame.frame);
+            EXPECT_EQ(frame.texture ? frame.texture->frame : frame.frame, frame.frame);
             EXPECT_EQ(frame.motion.frame, frame.frame);
         }
         expect_damage(damage, protocol::TrackKind::texture, {{0.5 * *lost.begin(), 0.5 * (*lost.rbegin() + 1)}});
