@@ -158,6 +158,11 @@ cp grouped.mien spoilt.mien
 printf '\x5a\xa5' | dd of=spoilt.mien bs=1 seek=$((size * 97 / 100)) conv=notrunc 2>/dev/null
 refuses "frames? [0-9]+ to [0-9]+ are lost and repeat" "$mien" decode spoilt.mien -o spoilt
 does "$mien" check spoilt
+says "damaged groups: 1 of" "$mien" info spoilt.mien
+jq -e '.complete == false and ([.tracks[].damaged_groups] | add == 1)' <("$mien" info spoilt.mien --json 2>log.txt) >/dev/null || complain "info --json of a damaged stream: $(cat log.txt)"
+refuses "damaged or missing from 0:00\.[0-9]+ to 0:00" "$bin/mien-play" --headless spoilt.mien -o spoilt.mp4 --size 64x64
+[[ -s spoilt.mp4 ]] || complain "no movie of a damaged stream"
+says "no rung 7 of texture" "$bin/mien-play" --headless vertices.mien -o rung.png --size 64x64 --rung 7
 [[ $(head -c 200 spoilt/vertices.npy | grep -aoE "shape': \([0-9]+") == "$(head -c 200 clip/vertices.npy | grep -aoE "shape': \([0-9]+")" ]] || complain "decode of a damaged stream changes the number of frames"
 echo "no stream at all" >text.mien
 refuses "text.mien" "$mien" info text.mien
