@@ -167,8 +167,9 @@ std::vector<PlayFrame> without_textures(Opened& opened, const std::set<std::uint
 }
 
 TEST(GroupDecoder, WhereItsTextureIsLostTheMotionGoesOnWithoutAnotherFramesPicture) {
+    const encoder::EncodedStream encoded = small_stream();
     for (const std::set<std::uint32_t>& lost : {std::set<std::uint32_t>{1}, {0}, {3}, {0, 1, 2, 3}, {1, 2}}) {
-        Opened opened(small_stream());
+        Opened opened(encoded);
         DamageLog damage;
         const std::vector<PlayFrame> frames = without_textures(opened, lost, damage);
         ASSERT_EQ(numbers(frames), range(0, kFrames));
