@@ -409,16 +409,17 @@ int main(int argc, char** argv) {
     }
     try {
         if (a.list) return list_codecs();
+        const bool no_clip = a.clips.empty() && !a.smoke && !a.synthesis && a.write.empty();
+        if (no_clip && (a.json.empty() || a.speed)) {
+            fmt::print(stderr, "mien-bench: name a clip folder, a report to show (--json), or --smoke; --help says more\n");
+            return tools::kMisused;
+        }
         if (const std::string unknown = unknown_codec(a); !unknown.empty()) return complain(unknown), tools::kMisused;
         if (const auto guarded = guard_files(a); !guarded.ok())
             return complain(guarded.error().message), guarded.error().code == ErrorCode::invalid ? tools::kMisused : tools::kFailed;
         if (!a.write.empty()) return write_ict(a);
         if (a.synthesis) return time_model(a);
-        if (a.clips.empty() && !a.smoke) {
-            if (!a.json.empty() && !a.speed) return only_write_pages(a);
-            fmt::print(stderr, "mien-bench: name a clip folder, a report to show (--json), or --smoke; --help says more\n");
-            return tools::kMisused;
-        }
+        if (no_clip) return only_write_pages(a);
         if (a.speed && !a.clips.empty()) return time_codec(a);
         if (!a.model.empty()) return views_of_model(a);
 
