@@ -21,6 +21,7 @@
 #include "encoder/texture_encoder.hpp"
 #include "io/clip_folder.hpp"
 #include "io/image_file.hpp"
+#include "io/output_guard.hpp"
 #include "tools/console.hpp"
 #include "tools/stored_stream.hpp"
 
@@ -287,6 +288,47 @@ int run(const Arguments& arguments, const std::string& command) {
     return tell_failures(report) ? tools::kFailed : tools::kDone;
 }
 
+/// What the JSON of this run begins with; empty: it is read, not written.
+std::string json_begin(const Arguments& arguments) {
+    if (arguments.synthesis) return R"({"load_s":)";
+    if (arguments.speed) return R"({"frames":)";
+    if (!arguments.model.empty()) return R"({"base":)";
+    return arguments.clips.empty() && !arguments.smoke ? std::string() : std::string(bench::kJsonBegin);
+}
+
+/// A word of --codecs or --texture-codecs that no codec begins with, said; empty: there is none.
+std::string unknown_codec(const Arguments& arguments) {
+    const bench::GeometryCodecs codecs = bench::geometry_codecs();
+    std::vector<std::string> motion;
+    for (const auto& codec : codecs.codecs) motion.push_back(codec->name);
+    for (const auto& [name, why] : codecs.absent) motion.push_back(name);
+    const auto unknown = [](const std::vector<std::string>& asked, const std::vector<std::string>& names, const char* option) -> std::string {
+        for (const std::string& word : asked)
+            if (std::none_of(names.begin(), names.end(), [&](const std::string& name) { return name.starts_with(word); }))
+                return fmt::format("{}: this build has no codec '{}'; --list shows those there are", option, word);
+        return {};
+    };
+    const std::string of_motion = unknown(arguments.suite.codecs, motion, "--codecs");
+    return of_motion.empty() ? unknown(arguments.suite.texture_codecs, encoder::texture_codecs(), "--texture-codecs") : of_motion;
+}
+
+/// Nothing that was asked for may cost a clip, a stream or another program's file.
+Result<void> guard_files(const Arguments& arguments) {
+    std::vector<std::filesystem::path> inputs(arguments.clips.begin(), arguments.clips.end());
+    inputs.insert(inputs.end(), {arguments.model, arguments.ict, arguments.take});
+    std::vector<io::PlannedOutput> outputs = {{"--csv", arguments.csv, {}, std::string(bench::kCsvBegin)},
+                                              {"--html", arguments.html, {}, "<!DOCTYPEhtml>"},
+                                              {"--markdown", arguments.markdown, {}, "##"},
+                                              {"--sheet", arguments.sheet, {".png", ".jpg", ".jpeg"}},
+                                              {"--picture-row", arguments.picture_row, {".png", ".jpg", ".jpeg"}}};
+    if (const std::string begin = json_begin(arguments); begin.empty()) inputs.push_back(arguments.json);
+    else outputs.push_back({"--json", arguments.json, {}, begin});
+    auto guarded = io::guard_outputs(inputs, outputs, arguments.suite.force);
+    if (!guarded.ok() && guarded.error().code == ErrorCode::unavailable)
+        return Error{guarded.error().code, guarded.error().message + "; name another file, or use --force"};
+    return guarded;
+}
+
 int only_write_pages(const Arguments& arguments) {
     const auto report = bench::read_json(arguments.json);
     if (!report.ok()) return complain(report.error().message);
@@ -309,7 +351,7 @@ int main(int argc, char** argv) {
     app.add_option("--csv", a.csv, "Report as CSV");
     app.add_option("--html", a.html, "Report as one HTML page");
     app.add_option("--markdown", a.markdown, "Tables as Markdown");
-    app.add_flag("--force", a.suite.force, "Run rows again that are there already");
+    app.add_flag("--force", a.suite.force, "Run rows again that are there already, and replace files that are no reports of this program");
     app.add_flag("--smoke", a.smoke, "Little of everything in a minute: 12 frames, of a clip of its own when none is named");
     app.add_flag("--quiet,-q", a.quiet, "No progress, no tables");
     app.add_flag("--list", a.list, "Show the codecs of this build, and stop");
@@ -367,13 +409,17 @@ int main(int argc, char** argv) {
     }
     try {
         if (a.list) return list_codecs();
-        if (!a.write.empty()) return write_ict(a);
-        if (a.synthesis) return time_model(a);
-        if (a.clips.empty() && !a.smoke) {
-            if (!a.json.empty() && !a.speed) return only_write_pages(a);
+        const bool no_clip = a.clips.empty() && !a.smoke && !a.synthesis && a.write.empty();
+        if (no_clip && (a.json.empty() || a.speed)) {
             fmt::print(stderr, "mien-bench: name a clip folder, a report to show (--json), or --smoke; --help says more\n");
             return tools::kMisused;
         }
+        if (const std::string unknown = unknown_codec(a); !unknown.empty()) return complain(unknown), tools::kMisused;
+        if (const auto guarded = guard_files(a); !guarded.ok())
+            return complain(guarded.error().message), guarded.error().code == ErrorCode::invalid ? tools::kMisused : tools::kFailed;
+        if (!a.write.empty()) return write_ict(a);
+        if (a.synthesis) return time_model(a);
+        if (no_clip) return only_write_pages(a);
         if (a.speed && !a.clips.empty()) return time_codec(a);
         if (!a.model.empty()) return views_of_model(a);
 

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -82,6 +83,9 @@ struct Report {
 };
 
 std::string own_library();  ///< "mien 0.1.0-1a2b3c4d": the version and a hash of the sources that make the codecs
+
+/// How the report begins as JSON and as CSV, spaces and line ends apart.
+inline constexpr std::string_view kJsonBegin = R"({"absent":)", kCsvBegin = "table,clip,codec,library,series,";
 
 /// Errors name the file: `missing` when it is not there, `damaged` when it is no report of this program.
 Result<Report> read_json(const std::filesystem::path& path);

@@ -41,9 +41,7 @@ asio::awaitable<std::optional<Lost>> Client::State::handshake(ConnectionPtr c) {
     c->send(protocol::Hello{protocol::kWireVersion, options.software});
     c->send(protocol::Open{url.name});
     auto hello = co_await read(c);
-    // A server of another version, or no mien server at all, stays what it is however often we ask.
-    if (!hello) co_return Lost{lost(*c, hello.error()).reason, hello.error().code != ErrorCode::unavailable};
-    if (!std::holds_alternative<protocol::Hello>(*hello)) co_return unexpected(*hello, "HELLO");
+    if (const auto foreign = not_a_server(*c, url, hello)) co_return foreign;
     auto first = co_await read(c);
     if (!first) co_return Lost{lost(*c, first.error()).reason, first.error().code != ErrorCode::unavailable};
     if (!std::holds_alternative<protocol::StreamHeader>(*first)) co_return unexpected(*first, "HEADER");

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <asio/redirect_error.hpp>
 #include <asio/use_awaitable.hpp>
@@ -17,6 +19,7 @@ constexpr auto kGoodbye = std::chrono::milliseconds(300);  // for BYE to leave w
 asio::awaitable<void> Client::State::run() {
     for (;;) {
         const Lost why = co_await connect_and_play();
+        if (stopping && connection && connection->leaving && !connection->closed) co_return;   // BYE is under way; stop() gives it a while
         if (connection) connection->close(why.reason);
         connection.reset();
         serving.reset();
@@ -29,7 +32,8 @@ asio::awaitable<void> Client::State::run() {
         // A live stream that has been there comes back with its server, and after that with its publisher.
         const bool live = connected_once && header.frames == 0;
         if ((why.for_good && !(live && why.no_such_stream)) || (most >= 0 && attempts >= most)) {
-            set_status(SourceState::failed, why.reason);
+            const bool gave_up = !why.for_good && attempts > 1;
+            set_status(SourceState::failed, gave_up ? fmt::format("gave up on {} after {} tries: {}", to_string(url), attempts, why.reason) : why.reason);
             co_return;
         }
         std::error_code ignored;

@@ -38,6 +38,21 @@ Lost refused(const protocol::Failure& failure) {
 
 }  // namespace
 
+std::optional<Lost> not_a_server(const Connection& c, const Url& url, const Result<protocol::Message>& hello) {
+    const auto foreign = [&](const std::string& why, bool for_good) {
+        return Lost{fmt::format("{}:{} does not answer as a mien server ({})", url.host, url.port, why), for_good};
+    };
+    if (hello.ok()) {
+        if (std::holds_alternative<protocol::Hello>(*hello)) return std::nullopt;
+        if (std::holds_alternative<protocol::Failure>(*hello) || std::holds_alternative<protocol::Bye>(*hello)) return unexpected(*hello, "HELLO");
+        return foreign("it does not begin with HELLO", true);
+    }
+    if (c.closed) return Lost{c.reason, false};
+    if (hello.error().code == ErrorCode::unsupported_version) return Lost{hello.error().message, true};
+    // A server of another kind stays what it is however often we ask; one that hung up may have been about to stop.
+    return foreign(hello.error().message, hello.error().code != ErrorCode::unavailable);
+}
+
 Lost unexpected(const protocol::Message& message, std::string_view expected) {
     if (const auto* failure = std::get_if<protocol::Failure>(&message)) return refused(*failure);
     if (std::holds_alternative<protocol::Bye>(message)) return {"the server stopped", false};

@@ -54,6 +54,9 @@ using ConnectionPtr = std::shared_ptr<Connection>;
 /// Resolves the host and connects; what went wrong, if anything did.
 asio::awaitable<std::optional<Lost>> connect(ConnectionPtr c, const Url& url);
 
+/// Of the first thing a server says, which is its HELLO: what is wrong with it, if anything. Who speaks otherwise, or hangs up, is no mien server.
+std::optional<Lost> not_a_server(const Connection& c, const Url& url, const Result<protocol::Message>& hello);
+
 /// What the server said instead of what we expected: its own words when it refused.
 Lost unexpected(const protocol::Message& message, std::string_view expected);
 

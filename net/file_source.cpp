@@ -21,6 +21,7 @@ Result<std::unique_ptr<FileSource>> FileSource::open(const std::filesystem::path
         source->blobs_[info.hash] = std::move(*bytes);
     }
     source->statistics_.model_bytes = source->statistics_.model_size = protocol::total_bytes(source->reader_.catalogue());
+    if (!source->reader_.complete()) source->statistics_.incomplete = source->reader_.complaint();
     source->seek(source->options_.start);
     source->generation_ = 0;
     return source;

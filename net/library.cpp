@@ -15,6 +15,7 @@ std::shared_ptr<const protocol::StreamFileReader> Library::read(Known& file) con
         return nullptr;
     }
     file.complaint.clear();
+    file.remark = reader->complete() ? std::string() : fmt::format("{}: {}", file.path.string(), reader->complaint());
     const protocol::StreamHeader& header = reader->header();
     file.entry.frame_rate = header.frame_rate;
     file.entry.frames = header.frames;
@@ -61,6 +62,7 @@ Library::Listing Library::list() {
             listing.streams.push_back(file.entry);
         else
             listing.unreadable.push_back(file.complaint);
+        if (!file.remark.empty()) listing.incomplete.push_back(file.remark);
     }
     return listing;
 }

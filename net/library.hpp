@@ -20,6 +20,7 @@ public:
     struct Listing {
         std::vector<protocol::StreamEntry> streams;   ///< by name
         std::vector<std::string> unreadable;          ///< "file: why"
+        std::vector<std::string> incomplete;          ///< likewise: served as far as they go
     };
     /// Looks at the folder again; only new and changed files are opened. Thread-safe.
     Listing list();
@@ -33,6 +34,7 @@ private:
         std::uintmax_t size = 0;
         protocol::StreamEntry entry;
         std::string complaint;                        ///< why it cannot be served; empty: it can
+        std::string remark;                           ///< what it lacks although it can be served
         std::weak_ptr<const protocol::StreamFileReader> open;
     };
     void look();

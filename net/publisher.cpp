@@ -146,8 +146,7 @@ asio::awaitable<std::optional<Lost>> Publisher::State::handshake(ConnectionPtr c
     push(catalogue);
     const auto foreign = [](const Error& error) { return Lost{error.message, error.code != ErrorCode::unavailable}; };
     auto hello = co_await read(c);
-    if (!hello) co_return foreign(hello.error());
-    if (!std::holds_alternative<protocol::Hello>(*hello)) co_return unexpected(*hello, "HELLO");
+    if (const auto no_server = not_a_server(*c, url, hello)) co_return no_server;
     auto want = co_await read(c);
     if (!want) co_return foreign(want.error());
     if (!std::holds_alternative<protocol::Want>(*want)) co_return unexpected(*want, "what it wants");

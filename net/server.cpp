@@ -155,6 +155,7 @@ std::vector<std::string> Server::streams() const {
     return names;
 }
 
+std::vector<std::string> Server::incomplete() const { return state_->shared.library.list().incomplete; }
 std::vector<std::string> Server::unreadable() const { return state_->shared.library.list().unreadable; }
 
 void Server::start() {

@@ -50,6 +50,8 @@ public:
     std::vector<std::string> streams() const;      ///< names served now
     /// "name: why" for every *.mien file of the folder that cannot be served.
     std::vector<std::string> unreadable() const;
+    /// Likewise for those that are served although their end is cut off or damaged.
+    std::vector<std::string> incomplete() const;
 
     void start();                                  ///< serves on a thread of its own
     /// Serves on this thread until stop(), or until SIGINT or SIGTERM arrives.

@@ -40,6 +40,7 @@ struct SourceStatistics {
     std::uint64_t groups = 0;           ///< handed out by next()
     std::uint64_t objects = 0;          ///< of live streams, likewise
     std::uint64_t damaged_groups = 0;   ///< dropped, their checksum or content is wrong
+    std::string incomplete;             ///< of a file: why it is not as it was written, its end cut off for instance; empty: it is
     std::uint64_t stale_groups = 0;     ///< dropped, a seek overtook them
     std::uint32_t reconnects = 0;
     double round_trip = 0;              ///< seconds, the latest; 0: none measured (files)

@@ -19,18 +19,19 @@ asio::awaitable<void> ask_for_list(Url url, ConnectionPtr c, Result<std::vector<
     questions.insert(questions.end(), list_please.begin(), list_please.end());
     const auto sent = co_await c->wire.write(questions);
     if (!sent) co_return give_up(sent.error().message);
-    for (;;) {
+    const auto read = [&]() -> asio::awaitable<Result<protocol::Message>> {
         const auto raw = co_await c->wire.read(protocol::kMaxMessageBytes);
-        if (!raw) co_return give_up(raw.error().message);
-        auto message = protocol::parse_body(raw->type, raw->body);
-        if (!message) co_return give_up(message.error().message);
-        if (std::holds_alternative<protocol::Hello>(*message)) continue;
-        if (auto* list = std::get_if<protocol::StreamList>(&*message)) {
-            answer = std::move(list->streams);
-            co_return;
-        }
-        co_return give_up(unexpected(*message, "its list of streams").reason);
-    }
+        if (!raw) co_return raw.error();
+        co_return protocol::parse_body(raw->type, raw->body);
+    };
+    const auto hello = co_await read();
+    if (const auto foreign = not_a_server(*c, url, hello)) co_return give_up(foreign->reason);
+    auto message = co_await read();
+    if (!message) co_return give_up(message.error().message);
+    auto* list = std::get_if<protocol::StreamList>(&*message);
+    if (!list) co_return give_up(unexpected(*message, "its list of streams").reason);
+    answer = std::move(list->streams);
+    co_await c->wire.write(protocol::encode(protocol::Bye{}));
 }
 
 }  // namespace

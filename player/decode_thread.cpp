@@ -11,6 +11,7 @@ using namespace std::chrono_literals;
 
 constexpr std::size_t kBufferBytes = 192u << 20;  // decoded pictures that wait: 120 of 1024 x 1024, a few of 8192 x 8192
 constexpr std::size_t kBufferFrames = 60;
+constexpr double kSoundGap = 0.05;                // seconds: where a block ends and the next begins is a matter of packets
 constexpr double kStartSeconds = 0.2;             // of frames before playing starts: covers a decoder's burst
 
 std::size_t capacity_of(const StreamModel& stream, double delay) {
@@ -27,7 +28,7 @@ std::size_t enough_of(const StreamModel& stream) {
 }  // namespace
 
 DecodeThread::DecodeThread(net::StreamSource& source, StreamModel& stream, SoundSink on_sound, double delay)
-    : source_(source), stream_(stream), on_sound_(std::move(on_sound)), groups_(stream), live_(stream),
+    : source_(source), stream_(stream), on_sound_(std::move(on_sound)), groups_(stream, damage_), live_(stream),
       buffer_(capacity_of(stream, delay), enough_of(stream)), live_clock_(stream.frame_rate.value(), delay),
       thread_([this] { stream_.live ? run_live() : run(); }) {}
 
@@ -60,6 +61,31 @@ void DecodeThread::seek(double seconds, const std::function<void()>& quiet) {
     changed_.notify_all();
 }
 
+void DecodeThread::select(std::uint64_t slots) {
+    slots_ = slots;
+    source_.select(slots);
+}
+
+void DecodeThread::restart() {
+    const std::int64_t first = *std::exchange(restart_, std::nullopt);
+    groups_.restart(first);
+    sound_end_ = double(first) / stream_.frame_rate.value();
+}
+
+void DecodeThread::heard(const decoder::SoundDecoder::Block& block) {
+    const double first = double(block.first_sample) / stream_.sample_rate;
+    if (first > sound_end_ + kSoundGap) damage_.note({protocol::TrackKind::sound, sound_end_, first});
+    sound_end_ = std::max(sound_end_, first + double(block.sound.length()) / stream_.sample_rate);
+}
+
+/// The stream is over: what it should have gone on with is lost.
+void DecodeThread::note_missing_end() {
+    const auto asked = [&](std::uint8_t slot) { return slots_ >> slot & 1; };
+    const double rate = stream_.frame_rate.value(), motion_end = double(groups_.motion_end()) / rate, sound = double(stream_.samples) / stream_.sample_rate;
+    if (asked(stream_.motion_slots.front()) && groups_.motion_end() < stream_.frames) damage_.note({protocol::TrackKind::motion, motion_end, stream_.seconds()});
+    if (stream_.sound && asked(stream_.sound_slot) && sound_end_ + kSoundGap < sound) damage_.note({protocol::TrackKind::sound, sound_end_, sound});
+}
+
 void DecodeThread::run() {
     for (;;) {
         std::uint32_t generation = 0;
@@ -67,7 +93,7 @@ void DecodeThread::run() {
             std::unique_lock lock(mutex_);
             changed_.wait(lock, [&] { return stopping_ || !idle_; });
             if (stopping_) return;
-            if (restart_) groups_.restart(*std::exchange(restart_, std::nullopt));
+            if (restart_) restart();
             generation = generation_;
         }
         if (groups_.wants_group()) pull();
@@ -78,6 +104,7 @@ void DecodeThread::run() {
             std::unique_lock lock(mutex_);
             starved_ = true;
             if (groups_.drained() && !restart_) {
+                note_missing_end();
                 buffer_.finish();
                 changed_.notify_all();
                 changed_.wait(lock, [&] { return stopping_ || restart_; });
@@ -138,7 +165,7 @@ void DecodeThread::pull() {
     {
         const std::lock_guard lock(mutex_);
         // A seek may have come while next() waited: what arrived can already be of after it.
-        if (restart_) groups_.restart(*std::exchange(restart_, std::nullopt));
+        if (restart_) restart();
         generation = generation_;
         if (arrival->generation == generation) starved_ = false;
     }
@@ -161,6 +188,7 @@ void DecodeThread::pull() {
             const std::lock_guard lock(mutex_);
             if (generation_ != generation) return;
         }
+        heard(*block);
         if (on_sound_) on_sound_(std::move(*block));
     }
 }

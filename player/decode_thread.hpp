@@ -26,6 +26,8 @@ public:
     DecodeThread(net::StreamSource& source, StreamModel& stream, SoundSink on_sound, double delay = 0);
     ~DecodeThread();
 
+    /// Which slots the source gives from its next group on. What of them does not come is noted as damage.
+    void select(std::uint64_t slots);
     /// Begins where the source does; frames before `first_frame` are left out.
     void start(std::int64_t first_frame = 0);
     /// Goes on from `seconds`: everything decoded is dropped. Between the last block of sound from before and the first from
@@ -47,6 +49,7 @@ public:
     std::uint64_t dropped() const;
     std::uint64_t decoded() const { return decoded_; }
     std::uint64_t damaged_groups() const { return damaged_; }
+    const DamageLog& damage() const { return damage_; }                        ///< of a recording
     std::uint64_t bytes_of(std::uint8_t slot) const { return bytes_[slot]; }   ///< of objects, without framing
 
 private:
@@ -54,13 +57,19 @@ private:
     void run_live();
     void push_live(PlayFrame frame, std::uint32_t generation);
     void pull();
+    void restart();
+    void heard(const decoder::SoundDecoder::Block& block);
+    void note_missing_end();
     void push(PlayFrame frame, std::uint32_t generation);
 
     net::StreamSource& source_;
     StreamModel& stream_;
     SoundSink on_sound_;
+    DamageLog damage_;
     GroupDecoder groups_;                       // decode thread only
     LiveDecoder live_;                          // likewise
+
+    double sound_end_ = 0;                      // likewise: seconds up to which sound has come since the last restart
 
     mutable std::mutex mutex_;
     std::condition_variable changed_;
@@ -74,6 +83,7 @@ private:
     bool starved_ = true;
     std::mutex sound_mutex_;                    // held while on_sound_ runs, so that a seek can wait for it
     std::array<std::atomic<std::uint64_t>, protocol::kMaxSlots> bytes_{};
+    std::atomic<std::uint64_t> slots_{~std::uint64_t(0)};
     std::atomic<std::int64_t> due_{-1};
     std::atomic<std::uint64_t> decoded_{0}, damaged_{0}, skipped_{0};
     std::thread thread_;

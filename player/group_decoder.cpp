@@ -6,6 +6,8 @@
 namespace mien::player {
 namespace {
 
+using protocol::TrackKind;
+
 constexpr std::size_t kWaitingGroups = 2;  // complete ones behind the current: enough for sound to run ahead
 
 }  // namespace
@@ -13,11 +15,11 @@ constexpr std::size_t kWaitingGroups = 2;  // complete ones behind the current: 
 void GroupDecoder::restart(std::int64_t first_frame) {
     pending_.clear();
     motions_.clear();
-    texture_ = {};
+    texture_.reset();
     open_ = finished_ = false;
     newest_ = 0;
     begun_.reset();
-    first_wanted_ = first_frame;
+    motion_end_ = first_frame;
     last_given_ = first_frame - 1;
 }
 
@@ -26,7 +28,7 @@ void GroupDecoder::add(protocol::Group group) {
     if (begun_ && group.group <= *begun_) return;
     newest_ = std::max(newest_, group.group);
     // What a group lacks now will never come.
-    damaged_ += std::erase_if(pending_, [&](const auto& entry) { return entry.first < newest_ && !usable(entry.second); });
+    std::erase_if(pending_, [&](const auto& entry) { return entry.first < newest_ && !entry.second.motion; });
     if (group.group < newest_) return;
     Pending& pending = pending_[group.group];
     const auto& slots = stream_.motion_slots;
@@ -43,9 +45,9 @@ bool GroupDecoder::wants_group() const {
 }
 
 // Groups come in order of their numbers: what one lacks when a later one comes (or none will) will never be there, and it is shown without
-// the refinements that are missing.
+// the texture and the refinements that are missing.
 std::map<std::uint32_t, GroupDecoder::Pending>::const_iterator GroupDecoder::next_ready() const {
-    return std::ranges::find_if(pending_, [&](const auto& entry) { return usable(entry.second) && settled(entry.first, entry.second); });
+    return std::ranges::find_if(pending_, [&](const auto& entry) { return entry.second.motion && settled(entry.first, entry.second); });
 }
 
 bool GroupDecoder::has_work() const { return open_ || next_ready() != pending_.end(); }
@@ -55,10 +57,6 @@ bool GroupDecoder::begin_group() {
     if (ready == pending_.end()) return false;
     begun_ = ready->first;
     Pending group = std::move(pending_.extract(ready).mapped());
-    if (group.texture) {
-        texture_rung_ = stream_.texture_rung_of(group.texture->slot).value_or(0);
-        if (auto prepared = stream_.use_texture_rung(texture_rung_); !prepared.ok()) return give_up(prepared.error().message), false;
-    }
     stream_.motion.begin_group();
     motions_.clear();
     std::int64_t frame = group.motion->first_time;
@@ -71,24 +69,37 @@ bool GroupDecoder::begin_group() {
             refinements.push_back(there ? &found->second.objects[i] : nullptr);
         }
         auto decoded = stream_.motion.decode(object, frame, refinements);
-        if (!decoded.ok()) return give_up(decoded.error().message), false;
+        if (!decoded.ok()) return give_up(decoded.error().message), motions_.clear(), false;
         for (model::Motion& motion : *decoded) motions_.emplace(motion.frame, std::move(motion));
         frame += object.frames;
     }
     frames_ = frame - group.motion->first_time;
+    if (group.motion->first_time > motion_end_) note(TrackKind::motion, motion_end_, group.motion->first_time);
+    motion_end_ = std::max(motion_end_, frame);
+    texture_.reset();
     if (group.texture) {
-        texture_ = std::move(*group.texture);
-        stream_.texture->begin_group(texture_.first_time);
-        next_object_ = 0;
+        if (const auto begun = begin_texture(std::move(*group.texture)); !begun.ok()) give_up(begun.error().message);
     }
     return open_ = true;
 }
 
+Result<void> GroupDecoder::begin_texture(protocol::Group group) {
+    texture_rung_ = stream_.texture_rung_of(group.slot).value_or(0);
+    MIEN_CHECK(stream_.use_texture_rung(texture_rung_));
+    stream_.texture->begin_group(group.first_time);
+    next_object_ = 0;
+    texture_ = std::move(group);
+    return {};
+}
+
 void GroupDecoder::give_up(const std::string& why) {
-    ++damaged_;
+    ++damaged_groups_;
     last_damage_ = why;
-    open_ = false;
-    motions_.clear();
+}
+
+void GroupDecoder::note(TrackKind track, std::int64_t first, std::int64_t end) {
+    const double rate = stream_.frame_rate.value();
+    damage_.note({track, double(first) / rate, double(end) / rate});
 }
 
 void GroupDecoder::join(std::vector<decoder::TextureFrame> pictures, std::vector<PlayFrame>& frames) {
@@ -100,31 +111,34 @@ void GroupDecoder::join(std::vector<decoder::TextureFrame> pictures, std::vector
     }
 }
 
+void GroupDecoder::show_without_texture(std::vector<PlayFrame>& frames) {
+    const auto first = motions_.upper_bound(last_given_);
+    if (first != motions_.end() && !stream_.texture_rungs.empty()) note(TrackKind::texture, first->first, motions_.rbegin()->first + 1);
+    for (auto at = first; at != motions_.end(); ++at) {
+        auto& [number, motion] = *at;
+        frames.push_back({.frame = last_given_ = number, .motion = std::move(motion), .texture_rung = texture_rung_});
+    }
+    motions_.clear();
+    texture_.reset();
+    open_ = false;
+}
+
 std::vector<PlayFrame> GroupDecoder::step() {
     std::vector<PlayFrame> frames;
     if (!open_ && !begin_group()) return frames;
-    if (stream_.texture_rungs.empty()) {
-        for (auto& [number, motion] : motions_)
-            if (number > last_given_) frames.push_back({last_given_ = number, std::move(motion), std::nullopt});
-        motions_.clear();
-        open_ = false;
-        return frames;
-    }
-    const bool last = next_object_ == texture_.objects.size();
-    auto pictures = last ? stream_.texture->end_group(frames_) : stream_.texture->push(texture_.objects[next_object_++]);
-    if (!pictures.ok()) return give_up(pictures.error().message), frames;
-    join(std::move(*pictures), frames);
-    if (last) {
-        open_ = false;
-        motions_.clear();
-    }
+    if (!texture_) return show_without_texture(frames), frames;
+    const bool last = next_object_ == texture_->objects.size();
+    auto pictures = last ? stream_.texture->end_group(frames_) : stream_.texture->push(texture_->objects[next_object_++]);
+    if (pictures.ok()) join(std::move(*pictures), frames);
+    else give_up(pictures.error().message);
+    if (last || !pictures.ok()) show_without_texture(frames);
     return frames;
 }
 
 std::int64_t GroupDecoder::skip_to(std::int64_t due) {
     if (!open_) return 0;
     for (const auto& [number, group] : pending_) {
-        if (!complete(group) || group.motion->first_time > due) continue;
+        if (!group.motion || !settled(number, group) || group.motion->first_time > due) continue;
         const std::int64_t skipped = std::int64_t(motions_.size());
         motions_.clear();
         open_ = false;

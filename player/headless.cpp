@@ -21,6 +21,7 @@
 #include "player/label.hpp"
 #include "player/session.hpp"
 #include "player/sound_track.hpp"
+#include "player/stop_signal.hpp"
 #include "player/truth.hpp"
 #include "render/context.hpp"
 
@@ -29,6 +30,9 @@ namespace {
 
 constexpr std::int64_t kLikenessEvery = 15;   // SSIM of a picture takes longer than drawing it
 constexpr int kTileWidth = 270, kTileHeight = 304;   // of the contact sheet: 2160 pixels across
+
+const Error kStopped{ErrorCode::unavailable, "stopped before the end"};
+bool stopped() { return StopSignal::number() != 0; }
 
 double processor_seconds() {
     timespec time{};
@@ -40,13 +44,19 @@ double processor_seconds() {
 class HeadlessRun {
 public:
     HeadlessRun(const Options& options, double process_start) : options_(options), process_start_(process_start) {}
+    /// Figures are written whatever came of it.
     Result<void> run();
+    /// Names what was lost of that which was asked for; whether anything was.
+    bool tell_damage() const;
 
 private:
     bool wants_movie() const { return options_.output.extension() == ".mp4"; }
     bool wants_png() const { return !options_.output.empty() && !wants_movie(); }
+    Result<void> write_outputs();
+    void write_figures();
     Result<void> open();
     Result<PlayFrame> next_frame();
+    bool over(const Result<PlayFrame>& frame) const;
     void go_to(std::int64_t frame);
     Result<PlayFrame> frame_at(std::int64_t frame);
     Result<void> make_picture();
@@ -57,6 +67,7 @@ private:
     Result<void> make_live();
     Result<PlayFrame> next_live();
     Result<void> movie_frame(const PlayFrame& frame, render::Target& target);
+    void write_until(std::int64_t frame);
     void sheet_moment(int moment);
     void show(const PlayFrame& frame);
     Image picture(const render::OrbitCamera& camera, render::Target& target);
@@ -76,6 +87,7 @@ private:
     std::optional<media::VideoWriter> movie_;
     std::int64_t first_ = 0, end_ = 0;     // frames wanted, end_ not included
     std::int64_t written_ = 0;             // frames of the movie, at its own rate
+    Image last_;                           // picture of the movie: stays where frames are lost
     bool begun_ = false;
     double busy_ = 0;                      // seconds spent on what was received
     std::optional<PictureComparison> likeness_;   // of received and truth pictures
@@ -99,6 +111,7 @@ Result<void> HeadlessRun::open() {
     wanted.texture = options_.texture;
     wanted.sound_first = wanted.sound;
     wanted.wait = options_.wait;
+    wanted.give_up = stopped;
     wanted.sound_sink = [this](const StreamModel&) {
         return [this](decoder::SoundDecoder::Block block) { sound_.add(std::move(block)); };
     };
@@ -130,22 +143,46 @@ Result<void> HeadlessRun::open() {
     if (truth->frames() < end_)
         return Error{ErrorCode::mismatch, fmt::format("{} has {} frames, the stream {}", options_.compare.string(),
                                                       truth->frames(), end_)};
+    if (stream.frames > 0 && truth->frames() != stream.frames)
+        fmt::print(stderr, "mien-play: {} has {} frames, the stream {}: is it the clip that the stream was made of?\n", options_.compare.string(), truth->frames(), stream.frames);
+    if (truth->frame_rate() != stream.frame_rate)
+        fmt::print(stderr, "mien-play: {} has {} frames/s, the stream {}\n", options_.compare.string(), to_string(truth->frame_rate()), to_string(stream.frame_rate));
     truth_ = std::move(truth);
     return {};
 }
 
 Result<PlayFrame> HeadlessRun::next_frame() {
     const auto failed = [&] { return session_.source->status().state == net::SourceState::failed; };
-    if (auto frame = session_.decode->wait_pop(failed)) return std::move(*frame);
+    if (auto frame = stopped() ? std::nullopt : session_.decode->wait_pop([&] { return failed() || stopped(); })) return std::move(*frame);
+    if (stopped()) return kStopped;
     if (failed()) return Error{ErrorCode::unavailable, session_.source->status().reason};
-    return Error{ErrorCode::truncated, "the stream ended before the last frame that was asked for"};
+    return Error{ErrorCode::truncated, "nothing that was asked for is left in the stream"};
+}
+
+/// The stream has ended early, and what it held is shown.
+bool HeadlessRun::over(const Result<PlayFrame>& frame) const {
+    return !frame.ok() && frame.error().code == ErrorCode::truncated && statistics_.frames > 0;
+}
+
+bool HeadlessRun::tell_damage() const {
+    if (!session_.decode || session_.stream->live) return false;
+    const double rate = session_.stream->frame_rate.value();
+    const double from = double(first_) / rate, until = double(wants_png() && options_.sheet.empty() ? first_ + 1 : end_) / rate;
+    bool lost = false;
+    for (const Damage& damage : session_.decode->damage().stretches()) {
+        if (damage.end <= from || damage.first >= until) continue;
+        fmt::print(stderr, "mien-play: {}\n", describe(damage));
+        lost = true;
+    }
+    return lost;
 }
 
 /// As next_frame(), but a live stream owes us nothing: `missing` when it has ended or nothing comes.
 Result<PlayFrame> HeadlessRun::next_live() {
     const double until = steady_seconds() + options_.wait;
-    const auto over = [&] { return session_.source->status().state == net::SourceState::failed || steady_seconds() > until; };
-    if (auto frame = session_.decode->wait_pop(over)) return std::move(*frame);
+    const auto over = [&] { return session_.source->status().state == net::SourceState::failed || steady_seconds() > until || stopped(); };
+    if (auto frame = stopped() ? std::nullopt : session_.decode->wait_pop(over)) return std::move(*frame);
+    if (stopped()) return kStopped;
     const net::SourceStatus status = session_.source->status();
     if (status.state == net::SourceState::failed) return Error{ErrorCode::missing, status.reason};
     if (session_.decode->drained()) return Error{ErrorCode::missing, "the live stream has ended"};
@@ -244,8 +281,10 @@ void HeadlessRun::sheet_moment(int moment) {
 
 Result<void> HeadlessRun::make_sheet() {
     for (int i = 0; i < ContactSheet::kMoments; ++i) {
-        MIEN_TRY(frame, frame_at(sheet_->moments()[std::size_t(i)]));
-        show(frame);
+        const auto frame = frame_at(sheet_->moments()[std::size_t(i)]);
+        if (over(frame)) break;
+        if (!frame.ok()) return frame.error();
+        show(*frame);
         sheet_moment(i);
     }
     return {};
@@ -270,14 +309,18 @@ Result<void> HeadlessRun::movie_frame(const PlayFrame& frame, render::Target& ta
         draw_label(both, options_.width + 16, 14, 2, "received");
         image = std::move(both);
     }
-    // A movie of another rate repeats or leaves out pictures: each shows what is due at its own time.
-    const Rational own = session_.stream->frame_rate, rate = options_.frame_rate.value_or(own);
-    const double until = double(frame.frame + 1 - first_) / own.value();
-    while (double(written_) / rate.value() < until - 1e-9) {
-        movie_->write(image);
-        ++written_;
-    }
+    if (written_ == 0) last_ = image;
+    write_until(frame.frame);
+    last_ = std::move(image);
+    write_until(frame.frame + 1);
     return {};
+}
+
+/// A movie of another rate repeats or leaves out pictures: each shows what is due at its own time.
+void HeadlessRun::write_until(std::int64_t frame) {
+    const Rational own = session_.stream->frame_rate, rate = options_.frame_rate.value_or(own);
+    const double until = double(frame - first_) / own.value();
+    for (; double(written_) / rate.value() < until - 1e-9; ++written_) movie_->write(last_);
 }
 
 /// A movie file wants its sound before its pictures, so the sound track comes by itself first; it is small.
@@ -286,13 +329,14 @@ Result<Sound> HeadlessRun::fetch_sound() {
     const double start = double(first_) / stream.frame_rate.value(), end = double(end_) / stream.frame_rate.value();
     go_to(first_);
     const auto over = [&] {
-        return sound_.end() >= end || session_.source->status().state == net::SourceState::failed;
+        return sound_.end() >= end || session_.source->status().state == net::SourceState::failed || stopped();
     };
     while (session_.decode->wait_pop(over)) {}
+    if (stopped()) return kStopped;
     if (session_.source->status().state == net::SourceState::failed)
         return Error{ErrorCode::unavailable, session_.source->status().reason};
-    session_.source->select(stream.slots() & ~(std::uint64_t(1) << stream.sound_slot));
-    return sound_.between(start, end);
+    session_.decode->select(stream.slots() & ~(std::uint64_t(1) << stream.sound_slot));
+    return sound_.between(start, std::clamp(sound_.end(), start, end));
 }
 
 Result<void> HeadlessRun::make_movie() {
@@ -300,7 +344,7 @@ Result<void> HeadlessRun::make_movie() {
     media::VideoWriter::Movie wanted;
     if (session_.stream->sound) {
         MIEN_TRY(sound, fetch_sound());
-        wanted.sound = std::move(sound);
+        if (!sound.samples.empty()) wanted.sound = std::move(sound);
     }
     movie_ = media::VideoWriter::movie(options_.output, options_.width * (truth_ ? 2 : 1), options_.height,
                                        options_.frame_rate.value_or(own), std::move(wanted));
@@ -311,14 +355,16 @@ Result<void> HeadlessRun::make_movie() {
     std::size_t moment = 0;
     for (std::int64_t next = first_; next < end_;) {
         const double start = steady_seconds();
-        MIEN_TRY(frame, next_frame());
+        const auto frame = next_frame();
         busy_ += steady_seconds() - start;
-        if (frame.frame >= end_) break;
-        MIEN_CHECK(movie_frame(frame, target));
-        while (sheet_ && moment < sheet_->moments().size() && sheet_->moments()[moment] <= frame.frame)
+        if (over(frame)) break;
+        if (!frame.ok()) return frame.error();
+        if (frame->frame >= end_) break;
+        MIEN_CHECK(movie_frame(*frame, target));
+        while (sheet_ && moment < sheet_->moments().size() && sheet_->moments()[moment] <= frame->frame)
             sheet_moment(int(moment++));
-        next = frame.frame + 1;
-        tell(frame.frame);
+        next = frame->frame + 1;
+        tell(frame->frame);
     }
     movie_->finish();
     return {};
@@ -343,10 +389,14 @@ Result<void> HeadlessRun::measure() {
         const double before = std::exchange(now, steady_seconds());
         return 1000 * (now - before);
     };
-    while (first_ + statistics_.frames < end_) {
-        MIEN_TRY(frame, next_frame());
+    for (std::int64_t next = first_ + 1; next < end_;) {
+        const auto frame = next_frame();
+        if (over(frame)) break;
+        if (!frame.ok()) return frame.error();
+        if (frame->frame >= end_) break;
+        next = frame->frame + 1;
         cost.wait += lap();
-        show(frame);
+        show(*frame);
         cost.upload += lap();
         face_->draw(camera(), {}, target);
         target.wait();
@@ -364,6 +414,13 @@ Result<void> HeadlessRun::measure() {
 
 Result<void> HeadlessRun::run() {
     MIEN_CHECK(open());
+    const auto done = write_outputs();
+    movie_.reset();   // one that has no end is none
+    write_figures();
+    return done;
+}
+
+Result<void> HeadlessRun::write_outputs() {
     const bool live = session_.stream->live;
     if (live) MIEN_CHECK(make_live());
     if (!options_.sheet.empty()) {
@@ -378,6 +435,10 @@ Result<void> HeadlessRun::run() {
         MIEN_CHECK(make_sheet());
     }
     if (sheet_) io::write_image(options_.sheet, sheet_->finish(session_.stream->frame_rate));
+    return {};
+}
+
+void HeadlessRun::write_figures() {
     if (busy_ > 0) statistics_.frames_per_second = double(statistics_.frames) / busy_;
     if (likeness_ && likeness_->frames() > 0) {
         statistics_.rendered_psnr = likeness_->psnr_y();
@@ -386,7 +447,6 @@ Result<void> HeadlessRun::run() {
     session_.collect(statistics_);
     if (options_.benchmark) fmt::print("{}", to_json(statistics_));
     if (!options_.stats.empty()) write_json(options_.stats, statistics_);
-    return {};
 }
 
 }  // namespace
@@ -396,12 +456,13 @@ double steady_seconds() {
 }
 
 int run_headless(const Options& options, double process_start) {
+    const StopSignal stop;
     HeadlessRun run(options, process_start);
-    if (auto done = run.run(); !done.ok()) {
-        fmt::print(stderr, "mien-play: {}\n", done.error().message);
-        return 1;
-    }
-    return 0;
+    const auto done = run.run();
+    const bool lost = run.tell_damage();
+    if (done.ok()) return lost;
+    fmt::print(stderr, "mien-play: {}\n", done.error().message);
+    return stopped() ? 128 + StopSignal::number() : 1;
 }
 
 }  // namespace mien::player

@@ -66,6 +66,7 @@ int main(int argc, char** argv) {
     app.add_option("-o,--output", options.output, "headless: a .png or .mp4");
     app.add_option("--sheet", options.sheet, "headless: a contact sheet PNG, 8 moments from 3 sides");
     app.add_option("--compare", options.compare, "headless: clip folder with the truth, shown at the left");
+    app.add_flag("-y,--overwrite", options.overwrite, "replace --output and --sheet when they are there already");
     app.add_flag("--benchmark", options.benchmark, "headless: draw every frame as fast as it goes and print the figures");
     app.add_option("--stats-json", options.stats, "write figures of the run");
     app.add_option("--view", view, "front, left or right (the actor's own side)")->check(CLI::IsMember({"front", "left", "right"}));
@@ -126,6 +127,8 @@ int main(int argc, char** argv) {
     if (options.model_kb && !options.input.empty() && !net::looks_like_url(options.input))
         return complain("--model-kb is for streams of a server: a file has its whole model at once");
     if (options.list && options.input.empty()) return complain("--list needs a server, as mien://HOST");
+    if (const auto outputs = player::check_outputs(options); !outputs.ok())
+        return complain(outputs.error().message), outputs.error().code == ErrorCode::invalid ? 2 : 1;
     try {
         if (options.list) return list_streams(options.input);
         if (options.headless) {
@@ -137,9 +140,6 @@ int main(int argc, char** argv) {
                 return complain("--headless needs --output, --sheet or --benchmark");
             if (options.benchmark && (!options.output.empty() || !options.sheet.empty() || !options.compare.empty()))
                 return complain("--benchmark only measures: leave out --output, --sheet and --compare");
-            const auto ending = options.output.extension();
-            if (!options.output.empty() && ending != ".png" && ending != ".mp4")
-                return complain("--output writes .png or .mp4");
             return player::run_headless(options, process_start);
         }
         for (const auto* path : {&options.output, &options.sheet, &options.compare})

@@ -2,7 +2,23 @@
 
 #include <charconv>
 
+#include "io/output_guard.hpp"
+#include "net/url.hpp"
+#include "player/statistics.hpp"
+
 namespace mien::player {
+
+Result<void> check_outputs(const Options& options) {
+    std::vector<std::filesystem::path> inputs = {options.compare};
+    if (!net::looks_like_url(options.input)) inputs.push_back(options.input);
+    auto checked = io::guard_outputs(inputs,
+                                     {{"--output", options.output, {".png", ".mp4"}},
+                                      {"--sheet", options.sheet, {".png"}},
+                                      {"--stats-json", options.stats, {}, std::string(kStatisticsBegin)}},
+                                     options.overwrite);
+    if (!checked.ok() && checked.error().code == ErrorCode::unavailable) return Error{checked.error().code, checked.error().message + "; -y overwrites it"};
+    return checked;
+}
 
 Result<double> parse_time(std::string_view text) {
     const Error wrong{ErrorCode::invalid, "a time is seconds, minutes:seconds or hours:minutes:seconds, as 90, 1:30 or 0:01:30.5"};

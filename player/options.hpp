@@ -21,6 +21,7 @@ struct Options {
     std::filesystem::path sheet;                         ///< contact sheet PNG
     std::filesystem::path compare;                       ///< clip folder with the truth
     std::filesystem::path stats;                         ///< JSON
+    bool overwrite = false;                              ///< output and sheet replace what is there
     render::View view = render::View::front;
     int width = 640, height = 720;
     double time = 0;                                     ///< seconds: start, or the moment of a PNG
@@ -40,6 +41,9 @@ struct Options {
     std::optional<double> model_kb;                      ///< of the face model before playing begins, 1000 bytes; none: all without a window, else what it cannot do without
     double wait = 20;                                    ///< seconds to wait for the stream to be ready
 };
+
+/// Before anything is opened: see io::guard_outputs.
+Result<void> check_outputs(const Options& options);
 
 /// A moment as people write it: 90, 1:30, 0:01:30.5; seconds.
 Result<double> parse_time(std::string_view text);

@@ -16,7 +16,7 @@ Playback::Playback(Session session, std::unique_ptr<SoundOutput> sound, bool loo
             needs.push_back(rung.bits_per_second > 0 ? stream.other_bits_per_second + rung.bits_per_second : 0);
         chooser_.emplace(std::move(needs), rung_);
     }
-    session_.decode->start();
+    session_.decode->start(std::int64_t(std::floor(session_.start * frame_rate_ + 1e-6)));
 }
 
 void Playback::start(double now) {
@@ -27,6 +27,12 @@ void Playback::start(double now) {
 void Playback::halt(double now) {
     clock_.stop(now);
     if (sound_) sound_->pause();
+}
+
+void Playback::end(double now) {
+    halt(now);
+    ended_ = true;
+    show_next_ = waiting_ = false;
 }
 
 std::optional<PlayFrame> Playback::shown(std::optional<PlayFrame> frame) {
@@ -40,7 +46,10 @@ std::optional<PlayFrame> Playback::tick(double now) {
     adapt(now);
     if (show_next_) {
         auto frame = decode.pop();
-        if (!frame) return std::nullopt;
+        if (!frame) {
+            if (decode.drained()) end(now);   // nothing is left behind here, because it is lost
+            return std::nullopt;
+        }
         show_next_ = false;
         return shown(std::move(frame));
     }
@@ -62,8 +71,7 @@ std::optional<PlayFrame> Playback::tick(double now) {
                 if (loop_) {
                     seek(now, 0);
                 } else {
-                    halt(now);
-                    ended_ = true;
+                    end(now);
                 }
             }
         } else if (decode.starved() && due > shown_frame_ + 1) {
@@ -156,7 +164,7 @@ void Playback::set_volume(double volume) {
 void Playback::use_rung(std::size_t rung) {
     if (rung == rung_) return;
     rung_ = rung;
-    session_.source->select(session_.stream->slots(rung));
+    session_.decode->select(session_.stream->slots(rung));
 }
 
 void Playback::set_rung(std::size_t rung) {

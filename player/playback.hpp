@@ -55,6 +55,7 @@ private:
     void use_rung(std::size_t rung);
     void start(double now);
     void halt(double now);
+    void end(double now);
     std::optional<PlayFrame> shown(std::optional<PlayFrame> frame);
 
     std::unique_ptr<SoundOutput> sound_;           // outlives the decode thread that fills it

@@ -14,6 +14,7 @@ void Session::collect(Statistics& statistics) const {
     statistics.source = source->statistics();
     statistics.dropped = decode->dropped();
     statistics.damaged_groups = decode->damaged_groups();
+    statistics.damage = decode->damage().stretches();
     statistics.motion_bytes = motion_bytes();
     statistics.texture_bytes = texture_bytes();
     if (stream->sound) statistics.sound_bytes = decode->bytes_of(stream->sound_slot);
@@ -36,10 +37,27 @@ std::uint64_t Session::texture_bytes() const {
     return bytes;
 }
 
+namespace {
+
+/// What was asked of the texture and is not to be had, one sentence; empty: it is.
+std::string other_rung(const StreamModel& stream, const TextureChoice& asked) {
+    const std::size_t rungs = stream.texture_rungs.size();
+    if (!asked.rung && !asked.kbps) return {};
+    if (rungs == 0) return "the stream has no rungs of texture to choose from";
+    const StreamModel::TextureRung& rung = stream.texture_rungs[stream.first_texture_rung];
+    if (asked.rung && *asked.rung >= rungs) return fmt::format("the stream has no rung {} of texture: its finest, {}, is played", *asked.rung, rungs - 1);
+    if (asked.kbps && rung.bits_per_second > 1000 * *asked.kbps)
+        return fmt::format("no rung of texture takes as little as {:g} kbit/s: the coarsest, of {:.0f}, is played", *asked.kbps, rung.bits_per_second / 1000);
+    return {};
+}
+
+}  // namespace
+
 Result<Session> open_session(const std::string& input, SessionOptions options) {
     using namespace std::chrono_literals;
     Session session;
     // A file gives what it has at once.
+    session.start = options.source.start;
     session.networked = net::looks_like_url(input);
     session.adapts = options.texture.automatic && session.networked;
     if (!session.adapts) options.texture.automatic = false;
@@ -64,6 +82,7 @@ Result<Session> open_session(const std::string& input, SessionOptions options) {
             return Error{ErrorCode::unavailable, fmt::format("{} did not answer within {:.0f} s{}{}", input, options.wait,
                                                              status.reason.empty() ? "" : ": ", status.reason)};
     }
+    const TextureChoice asked = options.texture;
     if (*chosen) options.texture = {.rung = *chosen};
     MIEN_TRY(stream, open_stream_model(*session.source, options.sound, options.motion_rungs, options.texture, options.source.refine));
     session.stream = std::make_unique<StreamModel>(std::move(stream));
@@ -71,10 +90,12 @@ Result<Session> open_session(const std::string& input, SessionOptions options) {
         session.refiner = std::make_unique<Refiner>(*session.source, *session.stream, std::move(session.stream->growing));
     session.stream->growing.reset();
     const bool sound_only = options.sound_first && session.stream->sound;
-    session.source->select(sound_only ? std::uint64_t(1) << session.stream->sound_slot : session.stream->slots());
     session.decode = std::make_unique<DecodeThread>(
         *session.source, *session.stream,
         options.sound_sink ? options.sound_sink(*session.stream) : DecodeThread::SoundSink{}, options.delay);
+    session.decode->select(sound_only ? std::uint64_t(1) << session.stream->sound_slot : session.stream->slots());
+    if (const std::string other = other_rung(*session.stream, asked); !other.empty()) fmt::print(stderr, "mien-play: {}\n", other);
+    if (const std::string why = session.source->statistics().incomplete; !why.empty()) fmt::print(stderr, "mien-play: {}: {}\n", input, why);
     return session;
 }
 

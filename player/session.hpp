@@ -17,6 +17,7 @@ struct Session {
     std::unique_ptr<Refiner> refiner;       ///< null: nothing is missing of the model, or nothing more was asked for
     std::unique_ptr<DecodeThread> decode;   // last: it goes first
 
+    double start = 0;                       ///< seconds: where the source begins
     bool networked = false;                 ///< from a server, not from a file
     bool adapts = false;                    ///< the rung of texture follows the line, as asked
 

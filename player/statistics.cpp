@@ -32,6 +32,7 @@ std::string to_json(const Statistics& s) {
         {"round_trip_s", s.source.round_trip},
         {"renderer", s.renderer},
     };
+    for (const Damage& damage : s.damage) json["damage"].push_back({{"track", name_of(damage.track)}, {"from_s", damage.first}, {"to_s", damage.end}});
     if (s.cost)
         json["milliseconds_per_frame"] = {
             {"wait", s.cost->wait}, {"upload", s.cost->upload}, {"draw", s.cost->draw}, {"processor", s.cost->processor}};

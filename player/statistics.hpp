@@ -4,8 +4,10 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "net/source.hpp"
+#include "player/damage_log.hpp"
 
 namespace mien::player {
 
@@ -18,6 +20,7 @@ struct Statistics {
     std::uint64_t dropped = 0;         ///< frames decoded or skipped, never shown, because they came too late
     std::uint32_t stalls = 0;          ///< times playing had to wait for the network
     std::uint64_t damaged_groups = 0;
+    std::vector<Damage> damage;        ///< met in a recording
     std::uint64_t motion_bytes = 0, texture_bytes = 0, sound_bytes = 0;   ///< of objects
     net::SourceStatistics source;
     /// Means per frame of --benchmark, ms. The first three follow each other on one thread; `processor` is what all
@@ -34,6 +37,8 @@ struct Statistics {
     std::optional<double> rendered_psnr, rendered_ssim;
 };
 
+/// How to_json() begins, spaces and line ends apart.
+inline constexpr std::string_view kStatisticsBegin = R"({"startup_s":)";
 std::string to_json(const Statistics& statistics);
 /// Throws EnvironmentError.
 void write_json(const std::filesystem::path& path, const Statistics& statistics);

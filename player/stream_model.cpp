@@ -159,6 +159,7 @@ Result<StreamModel> open_stream_model(const net::StreamSource& source, bool with
         stream.sound.emplace(std::move(sound));
         stream.sound_slot = base_rung(*track).slot;
         stream.sample_rate = int(std::get<protocol::SoundInfo>(track->info).sample_rate);
+        stream.samples = std::int64_t(std::get<protocol::SoundInfo>(track->info).samples);
     }
     std::uint64_t others = stream.slots();
     if (!stream.texture_rungs.empty()) others &= ~bit(stream.texture_rungs[stream.first_texture_rung].slot);

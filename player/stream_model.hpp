@@ -43,6 +43,7 @@ struct StreamModel {
     std::int64_t frames = 0;                ///< 0: live, or a recording that was broken off
     bool live = false;                      ///< comes while it is made; then its motion alone is shown
     int sample_rate = 48000;
+    std::int64_t samples = 0;               ///< of the sound, per channel; 0: not known
 
     std::uint64_t slots(std::size_t texture_rung) const;      ///< bit s: slot s is used, with this rung of the texture
     std::uint64_t slots() const { return slots(first_texture_rung); }

@@ -18,6 +18,7 @@ public:
     static Result<std::unique_ptr<TruthView>> open(const std::filesystem::path& clip, const model::FaceModel& received);
 
     std::int64_t frames() const { return clip_.frame_count(); }
+    Rational frame_rate() const { return clip_.frame_rate; }
     Result<void> show(std::int64_t frame);
     void draw(const render::Camera& camera, const render::Look& look, render::Target& target) {
         renderer_->draw(camera, look, target);

@@ -17,6 +17,7 @@
 #include "player/overlay.hpp"
 #include "player/playback.hpp"
 #include "player/screenshot.hpp"
+#include "player/stop_signal.hpp"
 #include "player/view_controls.hpp"
 #include "render/context.hpp"
 
@@ -94,6 +95,8 @@ private:
     void open(std::string input);
     void poll_opening(double now);
     void refine(double now);
+    void tell_damage(double now);
+    void sum_up_damage();
     void draw(double now);
     void key(int key, double now);
     void character(unsigned code, double now);
@@ -127,6 +130,7 @@ private:
     double counted_since_ = 0, shown_per_second_ = 0, draw_seconds_ = 0;
     int counted_ = 0;
     std::size_t shown_rung_ = 0;
+    std::vector<Damage> told_;             // as it was when it was told
     int windowed_[4] = {0, 0, 640, 720};
 };
 
@@ -193,6 +197,7 @@ void PlayerWindow::open(std::string input) {
     *cancelled_ = true;
     if (opening_.valid()) opening_.wait();
     cancelled_ = std::make_shared<std::atomic<bool>>(false);
+    sum_up_damage();
     playback_.reset();
     face_.reset();
     framed_ = false;
@@ -213,7 +218,10 @@ void PlayerWindow::poll_opening(double now) {
         fmt::print(stderr, "mien-play: {}\n", failure_);
         return;
     }
-    if (!opened.no_sound.empty()) say(fmt::format("silent: {}", opened.no_sound), now);
+    if (!opened.no_sound.empty()) {
+        fmt::print(stderr, "mien-play: {}: silent\n", opened.no_sound);
+        say(fmt::format("silent: {}", opened.no_sound), now);
+    }
     face_ = std::make_unique<FaceView>(*opened.session->stream);
     glfwSetWindowTitle(window_.get(), fmt::format("{}{} - mien", opened.session->source->header().name, opened.session->stream->live ? " (live)" : "").c_str());
     playback_ = std::make_unique<Playback>(std::move(*opened.session), std::move(opened.sound), options_.loop);
@@ -236,6 +244,25 @@ void PlayerWindow::refine(double now) {
         say(unrefined_ = std::move(why), now);
         dirty_ = true;
     }
+}
+
+/// Each stretch when it is met; how far it went is known later.
+void PlayerWindow::tell_damage(double now) {
+    const std::vector<Damage> stretches = playback_->session().decode->damage().stretches();
+    for (std::size_t d = told_.size(); d < stretches.size(); ++d) {
+        fmt::print(stderr, "mien-play: {}\n", describe(stretches[d]));
+        say(describe(stretches[d]), now);
+        told_.push_back(stretches[d]);
+        dirty_ = true;
+    }
+}
+
+void PlayerWindow::sum_up_damage() {
+    if (!playback_) return;
+    const std::vector<Damage> stretches = playback_->session().decode->damage().stretches();
+    for (std::size_t d = 0; d < stretches.size(); ++d)
+        if (d >= told_.size() || stretches[d].end > told_[d].end || stretches[d].first < told_[d].first) fmt::print(stderr, "mien-play: in all, {}\n", describe(stretches[d]));
+    told_.clear();
 }
 
 void PlayerWindow::key(int key, double now) {
@@ -439,12 +466,13 @@ void PlayerWindow::draw(double now) {
 
 int PlayerWindow::run() {
     double overlay_until = 0;
-    while (!glfwWindowShouldClose(window_.get())) {
+    while (!glfwWindowShouldClose(window_.get()) && StopSignal::number() == 0) {
         const double now = steady_seconds();
         poll_opening(now);
         bool fresh = false;
         if (playback_) {
             refine(now);
+            tell_damage(now);
             if (const auto frame = playback_->tick(now)) {
                 face_->show(*frame);
                 shown_rung_ = frame->texture_rung;
@@ -473,6 +501,7 @@ int PlayerWindow::run() {
             glfwWaitEventsTimeout(kIdleWait);
         }
     }
+    sum_up_damage();
     finish_statistics();
     return failure_.empty() ? 0 : 1;
 }
@@ -488,8 +517,10 @@ void PlayerWindow::finish_statistics() {
 }  // namespace
 
 int run_window(const Options& options, double process_start) {
+    const StopSignal stop;
     PlayerWindow window(options, process_start);
-    return window.run();
+    const int code = window.run();
+    return StopSignal::number() ? 128 + StopSignal::number() : code;
 }
 
 }  // namespace mien::player

@@ -100,6 +100,7 @@ public:
         struct Slot {
             std::uint64_t payload = 0;  ///< bytes of the objects themselves
             std::uint64_t groups = 0;
+            std::uint64_t damaged = 0;  ///< groups that cannot be read
             std::uint64_t objects = 0;
         };
         std::uint64_t total = 0;        ///< the file

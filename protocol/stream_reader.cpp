@@ -165,7 +165,7 @@ Result<void> StreamFileReader::read_stored_index() {
     if (file_size_ - front_ < kTrailerBytes) return Error{ErrorCode::truncated, "the file ends before its index"};
     std::uint64_t end = 0;
     auto trailer = read_message(file_size_ - kTrailerBytes, MessageType::trailer, end);
-    if (!trailer) return Error{trailer.error().code, "the file does not end with a sound trailer, so it is cut or damaged"};
+    if (!trailer) return Error{trailer.error().code, "the file does not end as it should (with its TRAILER): it is cut, or damaged there"};
     const std::uint64_t offset = std::get<Trailer>(*trailer).index_offset;
     if (offset < front_ || offset >= file_size_ - kTrailerBytes) return say({ErrorCode::damaged, "the trailer points astray"});
     auto index = read_message(offset, MessageType::index, end);
@@ -297,6 +297,8 @@ Result<StreamFileReader::Accounting> StreamFileReader::account() const {
         std::uint64_t objects = 0;
         if (auto group = read_group(entry); group)
             for (const Object& object : group->objects) objects += object.bytes.size();
+        else
+            ++slot.damaged;
         slot.payload += objects;
         payload += objects;
         sum.group_framing += entry.size - objects;

@@ -15,6 +15,7 @@ int serve(mien::net::ServerOptions options, bool quiet) {
     if (!quiet) options.log = [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
     mien::net::Server server(options);
     for (const std::string& complaint : server.unreadable()) fmt::print(stderr, "mien-serve: not served: {}\n", complaint);
+    for (const std::string& remark : server.incomplete()) fmt::print(stderr, "mien-serve: served as far as it goes: {}\n", remark);
     const auto streams = server.streams();
     if (streams.empty() && !options.publish) {
         fmt::print(stderr, "mien-serve: {} holds no stream that can be served; make one with: mien encode CLIP -o {}/NAME.mien\n",
@@ -48,6 +49,7 @@ int main(int argc, char** argv) {
     app.add_option("--max-viewers", options.max_viewers, "Viewers at one time")->capture_default_str()->check(CLI::Range(1, 1000000));
     app.add_flag("--publish", options.publish, "Take live streams (mien live) from programs on this machine");
     app.add_option("--ahead", options.ahead, "Seconds that are sent before they are due")->capture_default_str()->check(CLI::Range(0.0, 3600.0));
+    app.set_version_flag("--version", "mien-serve " MIEN_VERSION);
     app.add_flag("--quiet", quiet, "Say nothing but the line 'listening on ...' and what goes wrong");
     try {
         app.parse(argc, argv);

@@ -13,7 +13,8 @@ using protocol::TrackKind;
 Result<double> pose_share(const StoredStream& stream) {
     MIEN_TRY(model, stream.model());
     MIEN_TRY(decoder, stream.motion_decoder(model));
-    MIEN_CHECK(stream.visit_motion(decoder, [](const model::Motion&) -> Result<void> { return {}; }));
+    // What is damaged counts for nothing.
+    MIEN_CHECK(stream.visit_motion(decoder, [](const model::Motion&) -> Result<void> { return {}; }, [](const auto&, const Error&) {}));
     const auto split = decoder.split();
     const double all = split.coefficients + split.pose;
     return all > 0 ? split.pose / all : 0.0;

@@ -11,11 +11,27 @@
 namespace mien::tools {
 namespace {
 
+using protocol::TrackKind;
+
 struct Request {
     std::string file, output;
     bool overwrite = false, no_texture = false, quiet = false;
     Rungs rungs;
 };
+
+/// Where each track of a stream that has been cut ends.
+void tell_ends(const Request& request, const StoredStream& stream, const Clip& clip) {
+    const auto say = [&](const std::string& what) { warn(fmt::format("'{}' {}", request.file, what)); };
+    if (const auto frames = std::int64_t(stream.header().frames); clip.frame_count() < frames)
+        say(fmt::format("holds {} of its {} frames", clip.frame_count(), frames));
+    if (stream.track(TrackKind::texture) && !clip.texture && !request.no_texture) say("holds nothing whole of its texture, so the clip has none");
+    const protocol::Track* sound = stream.track(TrackKind::sound);
+    if (!sound) return;
+    const auto& info = std::get<protocol::SoundInfo>(sound->info);
+    if (!clip.sound) return say("holds nothing of its sound, so the clip has none");
+    if (const auto samples = std::int64_t(info.samples); clip.sound->length() < samples)
+        say(fmt::format("holds {} of its {} of sound", human_time(double(clip.sound->length()) / info.sample_rate), human_time(double(samples) / info.sample_rate)));
+}
 
 Result<int> decode(const Request& request) {
     namespace fs = std::filesystem;
@@ -27,15 +43,13 @@ Result<int> decode(const Request& request) {
     if (!stream.reader().complete()) warn("'" + request.file + "': " + stream.reader().complaint());
     const Progress progress = progress_bar(request.quiet);
     const auto losses = std::make_shared<Losses>();
-    MIEN_TRY(clip, decode_stream(stream, progress, request.no_texture ? Keep::all : Keep::textured, losses, request.rungs));
-    if (request.no_texture) clip.texture = nullptr;
+    MIEN_TRY(clip, decode_stream(stream, progress, request.no_texture ? Keep::bare : Keep::textured, losses, request.rungs));
     io::WriteOptions options;
     options.overwrite = request.overwrite;
     options.progress = progress;
     MIEN_CHECK(io::write_clip(request.output, clip, options));
     end_progress();
-    if (const auto frames = std::int64_t(stream.header().frames); clip.frame_count() < frames)
-        warn(fmt::format("'{}' holds {} of its {} frames", request.file, clip.frame_count(), frames));
+    if (!stream.reader().complete()) tell_ends(request, stream, clip);
     if (!request.quiet) fmt::print("{}: {} frames\n", request.output, clip.frame_count());
     for (const Loss& loss : *losses) fail(fmt::format("'{}': {}", request.file, describe(loss, stream.header())));
     return losses->empty() ? kDone : kFailed;

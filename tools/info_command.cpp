@@ -53,17 +53,22 @@ Result<int> info(const std::string& file, bool json) {
     out["fps"] = to_string(header.frame_rate);
     out["group_frames"] = header.group_frames;
     out["model"] = header.model.hex();
-    out["complete"] = stream.reader().complete();
+    std::vector<std::string> damage;
     out["bytes"] = to_json(split);
     out["tracks"] = ordered_json::array();
     for (const protocol::Track& track : header.tracks)
         for (const protocol::Rung& rung : track.rungs) {
             const auto slot = account.slots.find(rung.slot);
-            const std::uint64_t payload = slot == account.slots.end() ? 0 : slot->second.payload;
-            out["tracks"].push_back({{"kind", name_of(track.kind)}, {"codec", rung.codec}, {"kbps", seconds > 0 ? double(payload) * 8 / 1000 / seconds : 0.0},
+            const auto found = slot == account.slots.end() ? protocol::StreamFileReader::Accounting::Slot{} : slot->second;
+            out["tracks"].push_back({{"kind", name_of(track.kind)}, {"codec", rung.codec}, {"kbps", seconds > 0 ? double(found.payload) * 8 / 1000 / seconds : 0.0},
                                      {"description", describe(track, rung)}});
+            out["tracks"].back()["damaged_groups"] = found.damaged;
+            if (found.damaged > 0) damage.push_back(fmt::format("{} {}: damaged groups: {} of {}", name_of(track.kind), rung.codec, found.damaged, found.groups));
             if (rung.refines) out["tracks"].back()["refines"] = *rung.refines;
         }
+    out["complete"] = stream.reader().complete() && damage.empty();
+    if (!stream.reader().complete()) damage.push_back(stream.reader().complaint());
+    for (const std::string& what : damage) warn(fmt::format("'{}': {}", file, what));
     if (json) {
         fmt::print("{}\n", out.dump(2));
         return kDone;
@@ -78,7 +83,6 @@ Result<int> info(const std::string& file, bool json) {
     for (const auto& [part, bytes] : out["bytes"].items())
         fmt::print("  {:<14} {:>13}  {:>9.2f} kbit/s\n", part, with_thousands(bytes.get<std::uint64_t>()),
                    seconds > 0 ? bytes.get<double>() * 8 / 1000 / seconds : 0.0);
-    if (!stream.reader().complete()) warn(stream.reader().complaint());
     return kDone;
 }
 

@@ -10,24 +10,31 @@
 namespace mien::tools {
 
 LiveRecording::LiveRecording(std::filesystem::path path, const protocol::StreamHeader& header, const std::vector<protocol::StaticBlob>& blobs)
-    : path_(std::move(path)), part_(path_.string() + ".recording"), header_(header), blobs_(blobs), file_(std::fopen(part_.c_str(), "wbx")), owner_(file_) {
+    : path_(std::move(path)), part_{path_.string() + ".recording"}, header_(header), blobs_(blobs), file_(std::fopen(part_.path.c_str(), "wbx")), owner_(file_) {
     if (!file_) {
         const int reason = errno;
-        throw EnvironmentError("cannot write '" + part_.string() + "': " + std::strerror(reason) +
+        throw EnvironmentError("cannot write '" + part_.path.string() + "': " + std::strerror(reason) +
                                (reason == EEXIST ? "; it is what a recording that was broken off has left, so move it away" : ""));
     }
+    part_.keep = false;
     writer_.emplace(
         [this](ByteView bytes) {
             if (std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size())
-                throw EnvironmentError("cannot write '" + part_.string() + "': " + std::strerror(errno));
+                throw EnvironmentError("cannot write '" + part_.path.string() + "': " + std::strerror(errno));
         },
         header_, blobs_);
+}
+
+LiveRecording::Part::~Part() {
+    std::error_code ignored;
+    if (!keep) std::filesystem::remove(path, ignored);
 }
 
 void LiveRecording::add(const protocol::Group& group) {
     writer_->add(group);
     for (const protocol::Object& object : group.objects) payload_ += object.bytes.size();
-    if (std::fflush(file_) != 0) throw EnvironmentError("cannot write '" + part_.string() + "': " + std::strerror(errno));
+    if (std::fflush(file_) != 0) throw EnvironmentError("cannot write '" + part_.path.string() + "': " + std::strerror(errno));
+    part_.keep = true;
 }
 
 void LiveRecording::finish(std::uint64_t frames) {
@@ -35,10 +42,10 @@ void LiveRecording::finish(std::uint64_t frames) {
     writer_.reset();
     owner_.reset();
     if (frames == 0) {
-        std::filesystem::remove(part_);
+        std::filesystem::remove(part_.path);
         throw EnvironmentError("no frame came, so there is nothing to record");
     }
-    const auto stream = StoredStream::open(part_);
+    const auto stream = StoredStream::open(part_.path);
     if (!stream) throw EnvironmentError("what was recorded cannot be read again: " + stream.error().message);
     header_.frames = frames;
     const double seconds = double(frames) / header_.frame_rate.value();
@@ -53,7 +60,7 @@ void LiveRecording::finish(std::uint64_t frames) {
     }
     writer.finish();
     file.commit();
-    std::filesystem::remove(part_);
+    std::filesystem::remove(part_.path);
 }
 
 }  // namespace mien::tools

@@ -9,7 +9,7 @@
 namespace mien::tools {
 
 /// A live stream on its way to a file. While it lasts, what there is so far is in PATH.recording, which plays like any file that was cut off; finish()
-/// makes the whole file of it. Throws EnvironmentError.
+/// makes the whole file of it. Of a stream that never brought a group nothing is left. Throws EnvironmentError.
 class LiveRecording {
 public:
     /// header.frames is 0.
@@ -20,7 +20,14 @@ public:
     void finish(std::uint64_t frames);
 
 private:
-    std::filesystem::path path_, part_;
+    /// Takes the file away again as long as there is nothing in it worth keeping.
+    struct Part {
+        std::filesystem::path path;
+        bool keep = true;
+        ~Part();
+    };
+    std::filesystem::path path_;
+    Part part_;
     protocol::StreamHeader header_;
     const std::vector<protocol::StaticBlob> blobs_;
     std::FILE* file_ = nullptr;

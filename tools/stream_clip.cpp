@@ -36,11 +36,22 @@ public:
     int height() const override { return int(size_.height); }
     std::int64_t frames() const override { return frames_; }
 
+    /// Finds the picture that stands for those that are lost at the start. An error when none of them can be decoded.
+    Result<void> find_first() {
+        Error why{ErrorCode::missing, "its groups are not in the file"};
+        for (auto group = groups_.begin(); group != groups_.end(); ++group) {
+            const auto loaded = load(group->first_time);
+            if (loaded.ok()) return shown_ = pictures_.front(), Result<void>();
+            if (group == groups_.begin()) why = loaded.error();
+        }
+        return why;
+    }
+
     Result<Image> read(std::int64_t frame) override {
         if (!holds(frame) && !(frame >= lost_.first && frame < lost_.end)) {
             const auto loaded = load(frame);
             if (!loaded.ok() && !losses_) return loaded.error();
-            if (!loaded.ok()) MIEN_CHECK(lose(frame, loaded.error().message));
+            if (!loaded.ok()) lose(frame, loaded.error().message);
         }
         if (holds(frame)) shown_ = pictures_[std::size_t(frame - first_)];
         return shown_;
@@ -72,16 +83,12 @@ private:
         return {};
     }
 
-    /// Notes that `frame` and what follows it to the next group is lost. What was shown last stays; at the start the first picture there is.
-    Result<void> lose(std::int64_t frame, std::string why) {
+    /// Notes that `frame` and what follows it to the next group is lost. What was shown last stays; at the start what find_first() has found.
+    void lose(std::int64_t frame, std::string why) {
         const auto after = behind(frame);
         lost_ = {protocol::TrackKind::texture, frame, after == groups_.end() ? frames_ : std::min(frames_, after->first_time), why};
         if (!losses_->empty() && losses_->back().track == lost_.track && losses_->back().end == frame) losses_->back().end = lost_.end;
         else losses_->push_back(lost_);
-        for (auto group = after; shown_.pixels.empty() && group != groups_.end(); ++group)
-            if (load(group->first_time).ok()) shown_ = pictures_.front();
-        if (shown_.pixels.empty()) return Error{ErrorCode::damaged, "no picture of the texture can be decoded: " + why};
-        return {};
     }
 
     void keep(const std::vector<decoder::TextureFrame>& frames) {
@@ -253,6 +260,31 @@ Result<Sound> decode_sound(const StoredStream& stream, const protocol::Track& tr
     return sound;
 }
 
+/// What the vertices wear: the track's pictures, or the one picture of the model.
+Result<void> decode_texture(const StoredStream& stream, Clip& clip, const std::shared_ptr<Losses>& losses, std::size_t wanted_rung) {
+    if (const protocol::Track* track = stream.track(TrackKind::texture)) {
+        const protocol::Rung& rung = protocol::texture_rung(*track, wanted_rung);
+        MIEN_TRY(decoder, decoder::TextureDecoder::create(*track, rung));
+        const auto texture = std::make_shared<StreamTexture>(stream, *track, rung, std::move(decoder), clip.frame_count(), losses);
+        if (texture->frames() == 0) return {};   // cut inside its first group
+        if (losses) {
+            if (const auto first = texture->find_first(); !first.ok())
+                return losses->push_back({TrackKind::texture, 0, texture->frames(), first.error().message, Loss::Kind::whole}), Result<void>();
+        }
+        shorten(clip, texture->frames());
+        clip.texture = texture;
+        return {};
+    }
+    for (const protocol::Layer& layer : stream.reader().manifest().layers) {
+        if (layer.kind != protocol::LayerKind::static_albedo || layer.blobs.empty()) continue;
+        const Bytes* bytes = stream.blob(layer.blobs.front());
+        if (!bytes) return Error{ErrorCode::missing, "the stream lacks its texture"};
+        MIEN_TRY(picture, decoder::decode_picture(*bytes));
+        clip.texture = std::make_shared<StillTexture>(std::move(picture));
+    }
+    return {};
+}
+
 }  // namespace
 
 std::string describe(const Loss& loss, const protocol::StreamHeader& header) {
@@ -262,6 +294,7 @@ std::string describe(const Loss& loss, const protocol::StreamHeader& header) {
             if (const auto* sound = std::get_if<protocol::SoundInfo>(&track.info)) rate = sound->sample_rate;
         return fmt::format("sound from {:.2f} to {:.2f} s is lost and silent: {}", double(loss.first) / rate, double(loss.end) / rate, loss.why);
     }
+    if (loss.kind == Loss::Kind::whole) return "no picture of the texture can be decoded, so the clip has none: " + loss.why;
     if (loss.kind == Loss::Kind::coarser)
         return fmt::format("motion frames {} to {} lack a finer rung and are coarser: {}", loss.first, loss.end - 1, loss.why);
     return fmt::format("{} frames {} to {} are lost and repeat frame {}: {}", loss.track == TrackKind::motion ? "motion" : "texture", loss.first,
@@ -293,24 +326,10 @@ Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress,
     if (const auto* shapes = std::get_if<model::BlendshapeBase>(&model.base)) clip.blendshapes = shapes->targets;
     MIEN_CHECK(decode_motion(stream, model, clip, progress, losses.get(), rungs.motion));
 
-    if (const protocol::Track* track = stream.track(TrackKind::texture)) {
-        const protocol::Rung& rung = protocol::texture_rung(*track, rungs.texture);
-        MIEN_TRY(texture, decoder::TextureDecoder::create(*track, rung));
-        clip.texture = std::make_shared<StreamTexture>(stream, *track, rung, std::move(texture), clip.frame_count(), losses);
-        if (clip.texture->frames() == 0) clip.texture = nullptr;  // cut inside its first group
-        else if (keep == Keep::textured) shorten(clip, clip.texture->frames());
-    } else {
-        for (const protocol::Layer& layer : stream.reader().manifest().layers) {
-            if (layer.kind != protocol::LayerKind::static_albedo || layer.blobs.empty()) continue;
-            const Bytes* bytes = stream.blob(layer.blobs.front());
-            if (!bytes) return Error{ErrorCode::missing, "the stream lacks its texture"};
-            MIEN_TRY(picture, decoder::decode_picture(*bytes));
-            clip.texture = std::make_shared<StillTexture>(std::move(picture));
-        }
-    }
+    if (keep == Keep::textured) MIEN_CHECK(decode_texture(stream, clip, losses, rungs.texture));
     if (const protocol::Track* track = stream.track(TrackKind::sound)) {
         MIEN_TRY(sound, decode_sound(stream, *track, losses.get()));
-        clip.sound = std::move(sound);
+        if (!sound.samples.empty()) clip.sound = std::move(sound);   // cut or lost as a whole it is none
     }
     return clip;
 }

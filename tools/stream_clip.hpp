@@ -15,7 +15,7 @@ struct Loss {
     protocol::TrackKind track;
     std::int64_t first = 0, end = 0;   ///< frames; for sound samples
     std::string why;
-    enum class Kind { lost, coarser } kind = Kind::lost;   ///< coarser: only a finer rung of motion is missing
+    enum class Kind { lost, coarser, whole } kind = Kind::lost;   ///< coarser: only a finer rung of motion is missing; whole: nothing is left of the texture
 };
 using Losses = std::vector<Loss>;
 
@@ -23,8 +23,8 @@ using Losses = std::vector<Loss>;
 std::string describe(const Loss& loss, const protocol::StreamHeader& header);
 
 /// A stream that has been cut gives the frames that it still holds; its texture may end a group before its motion, and then so
-/// does what is `textured`.
-enum class Keep { textured, all };
+/// does what is `textured`. What is `bare` has no texture and all motion.
+enum class Keep { textured, bare };
 
 /// Which rungs to decode, 0 the coarsest: of motion all up to this one, of texture this one.
 struct Rungs {

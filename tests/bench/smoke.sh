@@ -49,6 +49,8 @@ refuses 2 "name a clip" "$bench"
 refuses 2 "nosuchoption" "$bench" --nosuchoption
 refuses 2 "rms" "$bench" --smoke --rms -1
 refuses 1 "nowhere" "$bench" nowhere
+refuses 2 "no codec .foo" "$bench" nowhere --codecs raw,foo
+refuses 2 "no codec .vp9" "$bench" nowhere --texture-codecs vp9
 refuses 1 "nowhere" "$bench" nowhere --motion-speed
 refuses 2 "known" "$bench" nowhere --known 10
 refuses 2 "a clip" "$bench" --json r.json --motion-speed
@@ -57,6 +59,12 @@ refuses 1 "cannot write" "$bench" --smoke -q --no-texture --no-timing --codecs r
 echo '{"format": "of another program"}' >other.json
 refuses 1 "other.json" "$bench" --smoke --json other.json
 refuses 1 "missing.json" "$bench" --json missing.json
+echo "a stream" >face.mien
+refuses 1 "no earlier --html" "$bench" --json r.json --html face.mien
+refuses 1 "no earlier --csv" "$bench" --smoke --csv face.mien
+refuses 1 "what is read" "$bench" --json r.json --markdown r.json
+refuses 2 "picture-row writes" "$bench" nowhere --picture-row face.mien
+[[ $(cat face.mien) == "a stream" ]] || complain "a file of another kind was written over"
 "$bench" --list | grep -q 'mien-live' || complain "--list does not list"
 
 [[ $failures == 0 ]] && echo "mien-bench holds its promises"

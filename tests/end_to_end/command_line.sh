@@ -114,7 +114,18 @@ done
 does "$mien" decode sounding.mien -o sounding-back
 does "$mien" check sounding-back
 does "$bin/mien-play" --headless sounding.mien -o sounding.png --size 64x64
-does "$bin/mien-play" --headless sounding.mien -o sounding.png --size 64x64 --start 0:00.05 --rung 0
+refuses "there already; -y" "$bin/mien-play" --headless sounding.mien -o sounding.png --size 64x64
+does "$bin/mien-play" --headless sounding.mien -o sounding.png -y --size 64x64 --start 0:00.05 --rung 0
+# What is read is never written over, and nothing is that is no older report.
+cp sounding.mien before.mien
+ln -s sounding.mien link.png
+refuses "what is read" "$bin/mien-play" --headless sounding.mien -o link.png -y
+refuses "what is read" "$bin/mien-play" --headless sounding.mien -o x.png --stats-json sounding.mien
+refuses "what is read" "$bin/mien-play" --headless sounding.mien -o x.png --compare sounding --stats-json sounding/clip.json
+refuses "sheet writes .png" "$bin/mien-play" --headless sounding.mien --sheet x.mien
+refuses "no earlier" "$bin/mien-play" --headless sounding.mien -o x.png --stats-json vertices.mien
+cmp -s sounding.mien before.mien || complain "the player has written over its input"
+rm link.png
 refuses "a time is" "$bin/mien-play" --headless sounding.mien -o x.png --start 1:75
 refuses "for the window" "$bin/mien-play" --headless sounding.mien -o x.png --pause
 refuses "for the window" "$bin/mien-play" --headless sounding.mien -o x.png --rung auto
@@ -147,6 +158,11 @@ cp grouped.mien spoilt.mien
 printf '\x5a\xa5' | dd of=spoilt.mien bs=1 seek=$((size * 97 / 100)) conv=notrunc 2>/dev/null
 refuses "frames? [0-9]+ to [0-9]+ are lost and repeat" "$mien" decode spoilt.mien -o spoilt
 does "$mien" check spoilt
+says "damaged groups: 1 of" "$mien" info spoilt.mien
+jq -e '.complete == false and ([.tracks[].damaged_groups] | add == 1)' <("$mien" info spoilt.mien --json 2>log.txt) >/dev/null || complain "info --json of a damaged stream: $(cat log.txt)"
+refuses "damaged or missing from 0:00\.[0-9]+ to 0:00" "$bin/mien-play" --headless spoilt.mien -o spoilt.mp4 --size 64x64
+[[ -s spoilt.mp4 ]] || complain "no movie of a damaged stream"
+says "no rung 7 of texture" "$bin/mien-play" --headless vertices.mien -o rung.png --size 64x64 --rung 7
 [[ $(head -c 200 spoilt/vertices.npy | grep -aoE "shape': \([0-9]+") == "$(head -c 200 clip/vertices.npy | grep -aoE "shape': \([0-9]+")" ]] || complain "decode of a damaged stream changes the number of frames"
 echo "no stream at all" >text.mien
 refuses "text.mien" "$mien" info text.mien

@@ -136,6 +136,14 @@ TEST(Play, ListsWhatTheServerOffers) {
     EXPECT_FALSE((*list)[1].live);
     ASSERT_EQ(served.server->unreadable().size(), 1u);
     EXPECT_NE(served.server->unreadable()[0].find("broken.mien"), std::string::npos);
+    // One whose end is cut off is served as far as it goes, with a remark.
+    EXPECT_TRUE(served.server->incomplete().empty());
+    Bytes cut = protocol::sample::file_of(make_stream(1));
+    cut.resize(cut.size() - 10);
+    served.folder.write("cut.mien", cut);
+    ASSERT_EQ(served.server->incomplete().size(), 1u);
+    EXPECT_NE(served.server->incomplete()[0].find("cut.mien"), std::string::npos);
+    EXPECT_EQ(served.server->streams().size(), 3u);
 
     Client client(served.url("another one"), unpaced());
     EXPECT_TRUE(client.wait_ready(kPatience).ok());

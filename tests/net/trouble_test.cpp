@@ -1,6 +1,9 @@
+#include <fmt/format.h>
+
 #include <random>
 
 #include "harness.hpp"
+#include "net/publisher.hpp"
 
 /// Viewers that are slow, dead, rude or gone, and connections that break.
 namespace mien::net {
@@ -256,6 +259,70 @@ TEST(Trouble, AnotherStreamUnderTheNameIsNotMixedIn) {
     proxy.cut();
     ASSERT_TRUE(wait_until([&] { return client.status().state == SourceState::failed; }));
     EXPECT_NE(client.status().reason.find("another one"), std::string::npos) << client.status().reason;
+}
+
+/// Whoever connects hears these bytes, and then nothing.
+class ForeignServer {
+public:
+    explicit ForeignServer(std::string words) : words_(std::move(words)), thread_([this] {
+        RawSocket viewer = server_.accept();
+        viewer.send(protocol::sample::bytes_of(words_));
+    }) {}
+    ~ForeignServer() { thread_.join(); }
+    Url url() const { return {"127.0.0.1", server_.port(), "take"}; }
+    std::string complaint() const { return fmt::format("127.0.0.1:{} does not answer as a mien server", server_.port()); }
+
+private:
+    RawServer server_;
+    std::string words_;
+    std::thread thread_;
+};
+
+TEST(Trouble, AServerOfAnotherKindIsNamedAsSuch) {
+    for (const char* words : {"\x1c\x02xx", "HTTP/1.1 400 Bad Request\r\nContent-Length: 400\r\n\r\nThis is a page about requests that are bad, as long as it has to be.", ""}) {
+        SourceOptions options = unpaced();
+        options.max_attempts = 1;
+        const ForeignServer played(words), listed(words), published(words);
+        Client client(played.url(), options);
+        const auto ready = client.wait_ready(kPatience);
+        ASSERT_FALSE(ready.ok());
+        EXPECT_TRUE(ready.error().message.starts_with(played.complaint())) << ready.error().message;
+        const auto list = list_streams(listed.url(), kPatience);
+        ASSERT_FALSE(list.ok());
+        EXPECT_TRUE(list.error().message.starts_with(listed.complaint())) << list.error().message;
+        protocol::StreamHeader header = make_stream(1).header;
+        header.frames = 0;
+        Publisher publisher(published.url(), header, {}, {});
+        const auto taken = publisher.wait_ready(kPatience);
+        ASSERT_FALSE(taken.ok());
+        EXPECT_TRUE(taken.error().message.starts_with(published.complaint())) << taken.error().message;
+    }
+}
+
+TEST(Trouble, WhoGivesUpSaysOnWhomAndAfterHowManyTries) {
+    const Served served(make_stream(1));
+    Proxy proxy(served.server->port());
+    proxy.refuse(true);
+    SourceOptions options = unpaced();
+    options.max_attempts = 3;
+    Client client({"127.0.0.1", proxy.port(), "take"}, options);
+    ASSERT_TRUE(wait_until([&] { return client.status().state == SourceState::failed; }));
+    EXPECT_TRUE(client.status().reason.starts_with(fmt::format("gave up on mien://127.0.0.1:{}/take after 3 tries: ", proxy.port()))) << client.status().reason;
+}
+
+TEST(Trouble, WhoLeavesSaysBye) {
+    RawServer server;
+    std::vector<protocol::Message> heard;
+    std::thread listener([&] {
+        RawSocket viewer = server.accept();
+        viewer.send(protocol::Hello{protocol::kWireVersion, "test"});
+        viewer.send(protocol::StreamList{});
+        while (auto message = viewer.receive()) heard.push_back(std::move(*message));
+    });
+    EXPECT_TRUE(list_streams({"127.0.0.1", server.port(), ""}, kPatience).ok());
+    listener.join();
+    ASSERT_FALSE(heard.empty());
+    EXPECT_TRUE(std::holds_alternative<protocol::Bye>(heard.back()));
 }
 
 TEST(Trouble, AClientThatIsDestroyedWhileConnectingReturns) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "player/session.hpp"
 #include "small_stream.hpp"
@@ -92,7 +93,8 @@ std::vector<std::int64_t> range(std::int64_t first, std::int64_t end) {
 
 TEST(GroupDecoder, ShowsEveryFrameOnceWithItsOwnTexture) {
     Opened opened(small_stream());
-    GroupDecoder decoder(*opened.stream);
+    DamageLog damage;
+    GroupDecoder decoder(*opened.stream, damage);
     decoder.restart(0);
     for (const auto& group : opened.encoded.groups)
         if (opened.is_visual(group)) decoder.add(group);
@@ -116,7 +118,8 @@ TEST(GroupDecoder, RefinementsSharpenAndWithoutThemNothingIsLeftOut) {
     Opened opened(small_stream(false, false, 0.5, 3));
     ASSERT_EQ(opened.stream->motion_slots.size(), 3u);
     const auto worst = [&](auto&& comes) {
-        GroupDecoder decoder(*opened.stream);
+        DamageLog damage;
+        GroupDecoder decoder(*opened.stream, damage);
         decoder.restart(0);
         for (const auto& group : opened.encoded.groups)
             if (comes(group)) decoder.add(group);
@@ -142,22 +145,66 @@ TEST(GroupDecoder, RefinementsSharpenAndWithoutThemNothingIsLeftOut) {
     EXPECT_EQ(gap, one);
 }
 
-TEST(GroupDecoder, AGroupWithoutItsTextureIsLeftOut) {
-    Opened opened(small_stream());
-    GroupDecoder decoder(*opened.stream);
+/// All of it is of this track, in these seconds.
+void expect_damage(const DamageLog& log, protocol::TrackKind track, std::vector<std::pair<double, double>> seconds) {
+    const std::vector<Damage> stretches = log.stretches();
+    ASSERT_EQ(stretches.size(), seconds.size());
+    for (std::size_t i = 0; i < stretches.size(); ++i) {
+        EXPECT_EQ(stretches[i].track, track);
+        EXPECT_DOUBLE_EQ(stretches[i].first, seconds[i].first);
+        EXPECT_DOUBLE_EQ(stretches[i].end, seconds[i].second);
+    }
+}
+
+/// The small stream as it comes when these groups of its texture do not.
+std::vector<PlayFrame> without_textures(Opened& opened, const std::set<std::uint32_t>& lost, DamageLog& damage) {
+    GroupDecoder decoder(*opened.stream, damage);
     decoder.restart(0);
     for (const auto& group : opened.encoded.groups)
-        if (opened.is_visual(group) && !(group.group == 1 && group.slot == opened.stream->texture_rungs[0].slot)) decoder.add(group);
+        if (opened.is_visual(group) && !(lost.contains(group.group) && group.slot == opened.stream->texture_rungs[0].slot)) decoder.add(group);
     decoder.finish();
-    std::vector<std::int64_t> expected = range(0, 5);
-    for (const std::int64_t f : range(10, kFrames)) expected.push_back(f);
-    EXPECT_EQ(numbers(drain(decoder)), expected) << "geometry never comes with another frame's texture, or none";
+    return drain(decoder);
+}
+
+TEST(GroupDecoder, WhereItsTextureIsLostTheMotionGoesOnWithoutAnotherFramesPicture) {
+    const encoder::EncodedStream encoded = small_stream();
+    for (const std::set<std::uint32_t>& lost : {std::set<std::uint32_t>{1}, {0}, {3}, {0, 1, 2, 3}, {1, 2}}) {
+        Opened opened(encoded);
+        DamageLog damage;
+        const std::vector<PlayFrame> frames = without_textures(opened, lost, damage);
+        ASSERT_EQ(numbers(frames), range(0, kFrames));
+        for (const PlayFrame& frame : frames) {
+            EXPECT_EQ(frame.texture.has_value(), !lost.contains(std::uint32_t(frame.frame / 5))) << frame.frame;
+            EXPECT_EQ(frame.texture ? frame.texture->frame : frame.frame, frame.frame);
+            EXPECT_EQ(frame.motion.frame, frame.frame);
+        }
+        expect_damage(damage, protocol::TrackKind::texture, {{0.5 * *lost.begin(), 0.5 * (*lost.rbegin() + 1)}});
+    }
+}
+
+TEST(GroupDecoder, APictureThatCannotBeDecodedCostsNoMotion) {
+    Opened opened(small_stream());
+    DamageLog damage;
+    GroupDecoder decoder(*opened.stream, damage);
+    decoder.restart(0);
+    for (protocol::Group group : opened.encoded.groups) {
+        if (!opened.is_visual(group)) continue;
+        if (group.group == 2 && opened.stream->texture_rung_of(group.slot)) group.objects[2].frames = 7;   // what no encoder writes
+        decoder.add(std::move(group));
+    }
+    decoder.finish();
+    EXPECT_EQ(numbers(drain(decoder)), range(0, kFrames));
     EXPECT_EQ(decoder.damaged_groups(), 1u);
+    const auto stretches = damage.stretches();
+    ASSERT_EQ(stretches.size(), 1u);
+    EXPECT_GE(stretches[0].first, 1.0);
+    EXPECT_DOUBLE_EQ(stretches[0].end, 1.5);
 }
 
 TEST(GroupDecoder, ADamagedMotionGroupCostsItselfOnly) {
     Opened opened(small_stream(false));
-    GroupDecoder decoder(*opened.stream);
+    DamageLog damage;
+    GroupDecoder decoder(*opened.stream, damage);
     decoder.restart(0);
     for (protocol::Group group : opened.encoded.groups) {
         if (!opened.is_visual(group)) continue;
@@ -170,11 +217,13 @@ TEST(GroupDecoder, ADamagedMotionGroupCostsItselfOnly) {
     EXPECT_EQ(numbers(drain(decoder)), expected);
     EXPECT_EQ(decoder.damaged_groups(), 1u);
     EXPECT_FALSE(decoder.last_damage().empty());
+    expect_damage(damage, protocol::TrackKind::motion, {{1.0, 1.5}});
 }
 
 TEST(GroupDecoder, ASeekIntoAGroupStartsAtItsFrame) {
     Opened opened(small_stream());
-    GroupDecoder decoder(*opened.stream);
+    DamageLog damage;
+    GroupDecoder decoder(*opened.stream, damage);
     decoder.restart(7);
     for (const auto& group : opened.encoded.groups)
         if (opened.is_visual(group) && group.group >= 1) decoder.add(group);
@@ -184,7 +233,8 @@ TEST(GroupDecoder, ASeekIntoAGroupStartsAtItsFrame) {
 
 TEST(GroupDecoder, AWholeClipInOneGroupComesAPictureAtATime) {
     Opened opened(small_stream(true, false, std::nullopt));
-    GroupDecoder decoder(*opened.stream);
+    DamageLog damage;
+    GroupDecoder decoder(*opened.stream, damage);
     decoder.restart(0);
     for (const auto& group : opened.encoded.groups) decoder.add(group);
     decoder.finish();
@@ -198,7 +248,8 @@ TEST(GroupDecoder, AWholeClipInOneGroupComesAPictureAtATime) {
 
 TEST(GroupDecoder, AsksForMoreOnlyWhenLittleWaits) {
     Opened opened(small_stream());
-    GroupDecoder decoder(*opened.stream);
+    DamageLog damage;
+    GroupDecoder decoder(*opened.stream, damage);
     decoder.restart(0);
     EXPECT_TRUE(decoder.wants_group());
     std::size_t taken = 0;
@@ -215,7 +266,8 @@ TEST(GroupDecoder, AsksForMoreOnlyWhenLittleWaits) {
 
 TEST(GroupDecoder, ASlowMachineSkipsToTheGroupThatIsDue) {
     Opened opened(small_stream());
-    GroupDecoder decoder(*opened.stream);
+    DamageLog damage;
+    GroupDecoder decoder(*opened.stream, damage);
     decoder.restart(0);
     for (const auto& group : opened.encoded.groups)
         if (opened.is_visual(group) && group.group <= 2) decoder.add(group);
@@ -225,6 +277,21 @@ TEST(GroupDecoder, ASlowMachineSkipsToTheGroupThatIsDue) {
     const std::vector<PlayFrame> frames = drain(decoder);
     ASSERT_FALSE(frames.empty());
     EXPECT_EQ(frames.front().frame, 5);
+}
+
+TEST(DamageLog, StretchesThatTouchAreOneAndWhatIsMetAgainIsNotNew) {
+    using protocol::TrackKind;
+    DamageLog log;
+    log.note({TrackKind::texture, 1, 2});
+    log.note({TrackKind::texture, 2, 3});
+    log.note({TrackKind::motion, 2, 3});
+    log.note({TrackKind::texture, 5, 6});
+    log.note({TrackKind::texture, 1.5, 2.5});
+    const auto stretches = log.stretches();
+    ASSERT_EQ(stretches.size(), 3u);
+    EXPECT_EQ(describe(stretches[0]), "texture damaged or missing from 0:01.00 to 0:03.00");
+    EXPECT_EQ(describe(stretches[1]), "motion damaged or missing from 0:02.00 to 0:03.00");
+    EXPECT_EQ(describe({TrackKind::sound, 59.999, 3661.25}), "sound damaged or missing from 1:00.00 to 61:01.25");
 }
 
 }  // namespace

@@ -7,6 +7,8 @@
 #include "core/environment_error.hpp"
 #include "driven_stream.hpp"
 #include "io/image_file.hpp"
+#include "media/video_reader.hpp"
+#include "net/stored_stream.hpp"
 #include "player/contact_sheet.hpp"
 #include "render/context.hpp"
 #include "small_stream.hpp"
@@ -105,6 +107,59 @@ TEST_F(HeadlessGLTest, APartOfTheModelDrawsItsPictureAndTheWholeOneDrawsAsAFileD
     EXPECT_EQ(part.figures["model"]["bytes"], needed_bytes(served.stream)) << "and no more came while it was drawn";
     EXPECT_LT(part.figures["startup_bytes"], whole.figures["startup_bytes"]);
     EXPECT_GT(part.figures["startup_bytes"], part.figures["bytes"]["model"]);
+}
+
+TEST_F(HeadlessGLTest, WhatIsDamagedIsNamedAndTheRestIsWritten) {
+    std::string bytes;
+    {
+        std::ifstream file(options_.input, std::ios::binary);
+        bytes.assign(std::istreambuf_iterator<char>(file), {});
+    }
+    const auto reader = net::open_stored_stream(options_.input);
+    ASSERT_TRUE(reader.ok());
+    const auto slot = [&](protocol::TrackKind kind) { return std::ranges::find(reader->header().tracks, kind, &protocol::Track::kind)->rungs.front().slot; };
+    const auto spoil = [&](protocol::TrackKind kind, std::uint32_t group) {
+        const protocol::IndexEntry* entry = reader->find(slot(kind), group);
+        bytes[entry->offset + entry->size / 2] ^= 1;
+    };
+    spoil(protocol::TrackKind::texture, 1);
+    spoil(protocol::TrackKind::motion, 2);
+    spoil(protocol::TrackKind::sound, 3);
+    std::ofstream(options_.input, std::ios::binary) << bytes;
+
+    options_.output = folder_.path() / "x.mp4";
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(run_headless(options_, steady_seconds()), 1);
+    const std::string said = testing::internal::GetCapturedStderr();
+    for (const char* stretch : {"texture damaged or missing from 0:00.50 to 0:01.00", "motion damaged or missing from 0:01.00 to 0:01.50", "sound damaged or missing from 0:01.5"})
+        EXPECT_NE(said.find(stretch), std::string::npos) << stretch << " is not in:\n" << said;
+    auto movie = media::VideoReader::open(options_.output);
+    ASSERT_TRUE(movie.ok()) << movie.error().message;
+    EXPECT_EQ((*movie)->frames(), kFrames) << "lost frames repeat the one before";
+    std::ifstream figures(options_.stats);
+    EXPECT_EQ(nlohmann::json::parse(figures)["damage"].size(), 3u);
+
+    // A moment that is sound is shown without a word.
+    options_.output = folder_.path() / "x.png";
+    options_.time = 0.2;
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(run_headless(options_, steady_seconds()), 0);
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST_F(HeadlessGLTest, ACutFileIsShownAsFarAsItGoes) {
+    const auto reader = net::open_stored_stream(options_.input);
+    ASSERT_TRUE(reader.ok());
+    std::filesystem::resize_file(options_.input, reader->find(reader->header().tracks.front().rungs.front().slot, 2)->offset);
+    options_.output = folder_.path() / "x.mp4";
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(run_headless(options_, steady_seconds()), 1);
+    const std::string said = testing::internal::GetCapturedStderr();
+    EXPECT_NE(said.find("it is cut"), std::string::npos) << said;
+    EXPECT_NE(said.find("motion damaged or missing from 0:01.00 to 0:02.00"), std::string::npos) << said;
+    auto movie = media::VideoReader::open(options_.output);
+    ASSERT_TRUE(movie.ok()) << movie.error().message;
+    EXPECT_EQ((*movie)->frames(), kFrames / 2);
 }
 
 TEST_F(HeadlessGLTest, WhatIsWrongIsAnExitCode) {

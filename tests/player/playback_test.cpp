@@ -52,6 +52,22 @@ TEST_F(PlaybackTest, ShowsEveryFrameInOrderAndStopsAtTheEnd) {
     EXPECT_EQ(playback_->stalls(), 0u);
 }
 
+TEST_F(PlaybackTest, WithoutAnyMotionItIsOverAndNobodyWaits) {
+    encoder::EncodedStream stream = small_stream(true, false);
+    const std::uint8_t motion = stream.header.tracks.front().rungs.front().slot;
+    std::erase_if(stream.groups, [&](const protocol::Group& group) { return group.slot == motion; });
+    auto session = open_session(store(stream, folder_), {});
+    ASSERT_TRUE(session.ok()) << session.error().message;
+    playback_ = std::make_unique<Playback>(std::move(*session), nullptr, false);
+    EXPECT_TRUE(play(0.2).empty());
+    EXPECT_TRUE(playback_->ended());
+    EXPECT_FALSE(playback_->waiting());
+    const auto stretches = playback_->session().decode->damage().stretches();
+    ASSERT_EQ(stretches.size(), 1u);
+    EXPECT_EQ(stretches[0].track, protocol::TrackKind::motion);
+    EXPECT_DOUBLE_EQ(stretches[0].end, 2);
+}
+
 TEST_F(PlaybackTest, AFrameIsShownWhenItIsDueAndNotBefore) {
     open();
     EXPECT_EQ(play(0.55).back(), 5) << "at 10 frames a second";

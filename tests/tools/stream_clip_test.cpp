@@ -5,6 +5,7 @@
 #include <map>
 
 #include "tests/player/small_stream.hpp"
+#include "tools/byte_split.hpp"
 
 namespace mien::tools {
 namespace {
@@ -147,6 +148,40 @@ TEST(DecodeStream, LostPicturesRepeatTheOneBeforeAndTheMotionGoesOn) {
     EXPECT_EQ(losses->at(0).end, 5);
     EXPECT_EQ(losses->at(1).first, 10);
     EXPECT_EQ(losses->at(1).end, 20) << "two groups in a row are one loss";
+}
+
+TEST(DecodeStream, WithoutAnyPictureTheRestIsThereAndTheLossIsNamed) {
+    SpoiltStream spoilt;
+    for (std::uint32_t group = 0; group < 4; ++group) spoilt.spoil(TrackKind::texture, group);
+    const auto losses = std::make_shared<Losses>();
+    const auto clip = decode_stream(spoilt.open(), {}, Keep::textured, losses);
+    ASSERT_TRUE(clip.ok()) << clip.error().message;
+    EXPECT_EQ(clip->frame_count(), player::kFrames);
+    EXPECT_FALSE(clip->texture);
+    EXPECT_EQ(clip->sound->samples.size(), 96000u);
+    ASSERT_EQ(losses->size(), 1u);
+    EXPECT_EQ(losses->front().track, TrackKind::texture);
+    EXPECT_EQ(losses->front().kind, Loss::Kind::whole);
+    EXPECT_NE(describe(losses->front(), spoilt.open().header()).find("the clip has none"), std::string::npos);
+    // Nobody who leaves the texture out is told of it.
+    losses->clear();
+    ASSERT_TRUE(decode_stream(spoilt.open(), {}, Keep::bare, losses).ok());
+    EXPECT_TRUE(losses->empty());
+}
+
+TEST(StoredStream, ItsAccountCountsDamagedGroups) {
+    SpoiltStream spoilt;
+    spoilt.spoil(TrackKind::texture, 0);
+    spoilt.spoil(TrackKind::texture, 2);
+    spoilt.spoil(TrackKind::motion, 1);
+    const StoredStream stream = spoilt.open();
+    const auto account = stream.reader().account();
+    ASSERT_TRUE(account.ok());
+    const auto damaged = [&](TrackKind kind) { return account->slots.at(stream.track(kind)->rungs.front().slot).damaged; };
+    EXPECT_EQ(damaged(TrackKind::texture), 2u);
+    EXPECT_EQ(damaged(TrackKind::motion), 1u);
+    EXPECT_EQ(damaged(TrackKind::sound), 0u);
+    EXPECT_TRUE(split_bytes(stream).ok());
 }
 
 TEST(DecodeStream, LostSoundIsSilentAndTheRestStaysInTime) {
