@@ -2,6 +2,7 @@
 
 #include <signal.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cassert>
 #include <thread>
@@ -11,8 +12,9 @@
 namespace mien {
 namespace {
 
-enum class Stop { not_wanted, wanted, asked };
-std::atomic<Stop> stop = Stop::not_wanted;
+// What a StopRequest waits for: nothing while there is none, then no signal, then the one that came.
+constexpr int kNotWanted = -1, kNone = 0;
+std::atomic<int> stop = kNotWanted;
 
 void end_by(int signal, const std::function<void()>& say) {
     abandon_unfinished();
@@ -42,17 +44,17 @@ void end_in_order(std::function<void()> say) {
         if (sigismember(&ignored, signal)) ::signal(signal, SIG_DFL);   // blocked, and to be waited for
     std::thread([signals, ignored, say = std::move(say)] {
         for (int signal = 0; sigwait(&signals, &signal) == 0;) {
-            Stop wanted = Stop::wanted;
-            if (!stop.compare_exchange_strong(wanted, Stop::asked) && !sigismember(&ignored, signal)) end_by(signal, say);
+            int wanted = kNone;
+            if (!stop.compare_exchange_strong(wanted, signal) && !sigismember(&ignored, signal)) end_by(signal, say);
         }
     }).detach();
 }
 
 StopRequest::StopRequest() {
-    assert(stop == Stop::not_wanted);
-    stop = Stop::wanted;
+    assert(stop == kNotWanted);
+    stop = kNone;
 }
-StopRequest::~StopRequest() { stop = Stop::not_wanted; }
-bool StopRequest::asked() const { return stop == Stop::asked; }
+StopRequest::~StopRequest() { stop = kNotWanted; }
+int StopRequest::signal() { return std::max(kNone, stop.load()); }
 
 }  // namespace mien

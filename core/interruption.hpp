@@ -18,7 +18,8 @@ public:
     StopRequest(const StopRequest&) = delete;
     StopRequest& operator=(const StopRequest&) = delete;
     ~StopRequest();
-    bool asked() const;
+    bool asked() const { return signal() != 0; }
+    static int signal();   ///< that came; 0: none, or nobody waits for one
 };
 
 }  // namespace mien

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "core/environment_error.hpp"
+#include "core/interruption.hpp"
 #include "core/picture_measures.hpp"
 #include "io/image_file.hpp"
 #include "media/video_writer.hpp"
@@ -21,7 +22,6 @@
 #include "player/label.hpp"
 #include "player/session.hpp"
 #include "player/sound_track.hpp"
-#include "player/stop_signal.hpp"
 #include "player/truth.hpp"
 #include "render/context.hpp"
 
@@ -32,7 +32,7 @@ constexpr std::int64_t kLikenessEvery = 15;   // SSIM of a picture takes longer 
 constexpr int kTileWidth = 270, kTileHeight = 304;   // of the contact sheet: 2160 pixels across
 
 const Error kStopped{ErrorCode::unavailable, "stopped before the end"};
-bool stopped() { return StopSignal::number() != 0; }
+bool stopped() { return StopRequest::signal() != 0; }
 
 double processor_seconds() {
     timespec time{};
@@ -456,13 +456,13 @@ double steady_seconds() {
 }
 
 int run_headless(const Options& options, double process_start) {
-    const StopSignal stop;
+    const StopRequest stop;
     HeadlessRun run(options, process_start);
     const auto done = run.run();
     const bool lost = run.tell_damage();
     if (done.ok()) return lost;
     fmt::print(stderr, "mien-play: {}\n", done.error().message);
-    return stopped() ? 128 + StopSignal::number() : 1;
+    return stopped() ? 128 + StopRequest::signal() : 1;
 }
 
 }  // namespace mien::player

@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "core/environment_error.hpp"
+#include "core/interruption.hpp"
 #include "net/blob_cache.hpp"
 #include "net/stream_list.hpp"
 #include "net/url.hpp"
@@ -49,6 +50,7 @@ int list_streams(const std::string& server) {
 
 int main(int argc, char** argv) {
     const double process_start = player::steady_seconds();
+    end_in_order([] { fmt::print(stderr, "mien-play: stopped by a signal; nothing unfinished is left\n"); });
     player::Options options;
     CLI::App app("Plays a face performance from a server or a file.");
     app.footer(

@@ -11,13 +11,13 @@
 #include <future>
 
 #include "core/environment_error.hpp"
+#include "core/interruption.hpp"
 #include "io/image_file.hpp"
 #include "player/face_view.hpp"
 #include "player/headless.hpp"
 #include "player/overlay.hpp"
 #include "player/playback.hpp"
 #include "player/screenshot.hpp"
-#include "player/stop_signal.hpp"
 #include "player/view_controls.hpp"
 #include "render/context.hpp"
 
@@ -466,7 +466,7 @@ void PlayerWindow::draw(double now) {
 
 int PlayerWindow::run() {
     double overlay_until = 0;
-    while (!glfwWindowShouldClose(window_.get()) && StopSignal::number() == 0) {
+    while (!glfwWindowShouldClose(window_.get()) && StopRequest::signal() == 0) {
         const double now = steady_seconds();
         poll_opening(now);
         bool fresh = false;
@@ -517,10 +517,10 @@ void PlayerWindow::finish_statistics() {
 }  // namespace
 
 int run_window(const Options& options, double process_start) {
-    const StopSignal stop;
+    const StopRequest stop;
     PlayerWindow window(options, process_start);
     const int code = window.run();
-    return StopSignal::number() ? 128 + StopSignal::number() : code;
+    return StopRequest::signal() ? 128 + StopRequest::signal() : code;
 }
 
 }  // namespace mien::player
