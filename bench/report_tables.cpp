@@ -1,6 +1,7 @@
 #include "bench/report_tables.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
@@ -96,12 +97,20 @@ std::vector<Table> timing_tables(const Report& report, const ClipFacts& clip) {
           std::tuple{"encode", "Encoding",
                      "Microseconds a frame on one core: whole encodings of the first seconds of the clip, all codecs in turn, "
                      "median and quartiles."}}) {
-        // Every run is a table of its own: times of different runs do not compare.
+        // Every run is a table of its own: times of different runs do not compare. What only one of them measured is in its title.
+        std::map<std::string, std::set<std::string>> runs_with;
+        std::set<std::string> runs;
+        for (const TimingRow& row : report.timing)
+            if (row.clip == clip.key && row.set == set) runs.insert(row.run), runs_with[row.library].insert(row.run);
         std::vector<const TimingRow*> rows;
         const auto flush = [&] {
             if (rows.empty()) return;
             Table table;
             table.title = title;
+            std::set<std::string> here;
+            for (const TimingRow* row : rows)
+                if (!is_ours(row->codec) && runs_with[row->library].size() < runs.size()) here.insert(row->library);
+            if (!here.empty()) table.title += fmt::format(": {}", fmt::join(here, ", "));
             table.note = fmt::format("{} RMS error asked: {}; {} samples a codec.", note, figure(rows.front()->asked_rms, 3),
                                      rows.front()->samples);
             table.columns = {"codec", "library", "lower quartile", "median", "upper quartile", "ns per point", "times the first"};
