@@ -53,7 +53,7 @@ struct AdaptiveBit {
 private:
     static constexpr std::array<std::uint32_t, kRates> kRate = [] {
         std::array<std::uint32_t, kRates> rate{};
-        for (std::uint32_t n = 0; n < kRates; ++n) rate[n] = 2 * 65536 / (2 * n + 3);
+        for (std::uint32_t seen = 0; seen < kRates; ++seen) rate[seen] = 2 * 65536 / (2 * seen + 3);
         return rate;
     }();
 };
