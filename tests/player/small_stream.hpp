@@ -50,6 +50,7 @@ inline Clip small_clip(bool texture, bool sound) {
 inline encoder::EncodedStream small_stream(bool texture = true, bool sound = true, std::optional<double> group = 0.5, int rungs = 1) {
     encoder::StreamOptions options;
     options.motion.rungs = rungs;
+    options.motion.peak = 0.24;   // no frame is to be taken for its neighbour, 0.5 mm away
     options.group_seconds = group;
     auto stream = encoder::encode_stream(small_clip(texture, sound), options);
     if (!stream.ok()) throw std::runtime_error(stream.error().message);

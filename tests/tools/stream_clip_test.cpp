@@ -58,8 +58,8 @@ double mean(const Image& image) {
     return sum / double(image.pixels.size());
 }
 
-/// More than coding at 0.1 mm RMS leaves of any vertex here, mm.
-constexpr float kCoded = 0.4f;
+/// More than coding leaves of any vertex, and less than half of what two frames differ by, mm.
+constexpr float kCoded = 0.245f;
 
 /// How far the vertices are from those of frame `f` of the clip that was encoded, mm.
 float distance(const Clip& got, std::int64_t frame, std::int64_t f) {
