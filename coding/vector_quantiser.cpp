@@ -9,9 +9,9 @@
 namespace mien::coding {
 namespace {
 
-// How far a round moves a surprise from mending its own point to mending all it moves. Neighbours overlap, so a full step
-// overshoots; measured on procedural and scanned heads, 0.1 to 0.3 are alike.
-constexpr double kRelaxation = 0.2;
+// Rounds after the first move a surprise from mending its own point towards mending all it moves, by so much of the way, and by
+// so much of a step at most: neighbours overlap, and further would overshoot. Measured on procedural and scanned heads.
+constexpr double kRelaxation = 0.7, kFarthest = 0.7;
 
 }  // namespace
 
@@ -51,10 +51,11 @@ std::vector<std::int32_t> VectorQuantiser::quantise(std::span<const double> valu
             const std::size_t c = v.index % coordinates;
             const double energy = s.influence.energy(v.position);
             double surprising = target[v.index] - double(v.base);
-            if (rounds > 1) {
+            if (round > 0) {
                 double product = 0;
                 for (const auto& share : shares) product += double(share.weight) * left[share.point * coordinates + c];
-                surprising += kRelaxation * (product / energy + double(surprise[v.index]) - surprising);
+                const double mended = kRelaxation * (product / energy + double(surprise[v.index]) - surprising);
+                surprising += std::clamp(mended, -kFarthest * v.step, kFarthest * v.step);
             }
             const std::int64_t told = v.prediction - v.base;
             const double wanted = (surprising - double(told)) / v.step;

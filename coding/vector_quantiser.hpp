@@ -19,8 +19,8 @@ public:
     VectorQuantiser(const MotionShape& shape, const PointOrder& order, const std::array<std::uint8_t, PointOrder::kLevels>& level_steps);
     ~VectorQuantiser();
 
-    /// values: d, in the units that level steps count. lambda: squared units per bit; 0: to the nearest. rounds >= 1; with one
-    /// every value is taken for itself, as suits high rates. Returns the vector as a decoder has it and adds its cost.
+    /// values: d, in the units that level steps count. lambda: squared units per bit; 0: to the nearest. rounds >= 1; in
+    /// the first every value is taken for itself. Returns the vector as a decoder has it and adds its cost.
     std::vector<std::int32_t> quantise(std::span<const double> values, double lambda, int rounds);
     double bits() const;
 

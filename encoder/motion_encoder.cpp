@@ -23,6 +23,7 @@ using coding::MotionBasis;
 using coding::MotionScheme;
 using protocol::MotionKind;
 
+constexpr int kMostComponents = 320;
 constexpr double kNearlyStill = 10;   // errors that the head strays: up to here no pose at all may be cheaper
 
 // How far poses move the points apart from their mean place, RMS in mm: below what counts, there is no pose to send.
@@ -127,7 +128,7 @@ void settle(MotionTask& task, const Clip& clip, const MotionGoal& goal, PointsRe
     matrix = motion_matrix(clip, goal.kind, reference, goal.kind == MotionKind::weights ? std::vector<RigidPose>() : poses);
     impute(matrix);
     const double allowed = goal.guess() * goal.guess() * double(std::max<std::int64_t>(1, matrix.present));
-    task.components = find_components(matrix.values, 0.01 * allowed, 320);
+    task.components = find_components(matrix.values, 0.01 * allowed, kMostComponents);
     task.poses = std::move(poses);
     if (goal.peak || rungs > 1) task.motion = std::move(matrix);
 }
@@ -177,7 +178,7 @@ MotionTask refinement_of(const MotionTask& below, const MotionAnswer& answer, do
         rest.noalias() -= frame * product;
         along = product.cast<double>();
     }
-    const MotionComponents own = find_components(rest, 0.01 * allowed, 320);
+    const MotionComponents own = find_components(rest, 0.01 * allowed, kMostComponents);
     MotionComponents& all = task.components;
     all.mean = mean + own.mean;
     all.left_out = own.left_out;

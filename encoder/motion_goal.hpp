@@ -13,6 +13,7 @@ namespace mien::encoder {
 struct MotionGoal {
     std::optional<double> rms, peak, kbps;
     protocol::MotionKind kind = protocol::MotionKind::vertices;
+    bool peak_asked = false;   ///< the peak is the user's own, not what an RMS error brings with it
 
     /// The RMS error to expect of it, in the motion's unit.
     double guess() const { return rms ? *rms : peak ? *peak / 5 : kind == protocol::MotionKind::weights ? 0.005 : 0.1; }

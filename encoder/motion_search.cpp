@@ -18,7 +18,10 @@ using coding::MotionScheme;
 using coding::PointOrder;
 
 constexpr std::array<std::uint8_t, PointOrder::kLevels> kLevelSteps{32, 22, 14, 10, 7, 6, 6, 6};
-constexpr int kRounds = 3;  // of the vectors' quantiser
+constexpr int kRounds = 5;  // of the vectors' quantiser
+// Step of a vector as a part of what would weigh equally with the coefficients'. Without a mesh that predicts them vectors take
+// more of the bits, and fitting the coefficients to what came of them takes back more of their error (measured).
+constexpr double kMeshPrecision = 1.0, kPointPrecision = 1.3;
 
 // Earlier point whose row of scaled basis vectors is nearest, or the point itself when none is nearer than zero.
 std::vector<std::uint32_t> nearest_parents(const MotionComponents& c, std::uint32_t points, std::uint32_t coordinates) {
@@ -63,7 +66,8 @@ void MotionSearch::quantise_basis(MotionTrial& trial, double step, double lambda
     MotionBasis& basis = trial.basis;
     const MotionComponents& c = task_.components;
     const double frames = double(task_.plan.frames);
-    const double unit = precision_ * step / std::sqrt(frames) / kLevelSteps[0];   // mm
+    const double precision = task_.triangles.empty() ? kPointPrecision : kMeshPrecision;
+    const double unit = precision * step / std::sqrt(frames) / kLevelSteps[0];   // mm
     basis.mean_step = float(unit);
     basis.across_mesh = !task_.triangles.empty();
     basis.parents = parents_;
@@ -87,7 +91,9 @@ void MotionSearch::quantise_basis(MotionTrial& trial, double step, double lambda
     basis.mean = quantiser.quantise(values, per_bit, kRounds);
     vector_bits.assign(std::size_t(shared_) + 1, quantiser.bits());
     // More than twice what paid at a step not much larger will not pay now.
-    const Eigen::Index most = kept_at_ > 0 && step > 0.6 * kept_at_ ? std::min(most_components_, 2 * kept_ + 8) : most_components_;
+    const Eigen::Index most = settled_                                  ? kept_
+                              : kept_at_ > 0 && step > 0.6 * kept_at_ ? std::min(most_components_, 2 * kept_ + 8)
+                                                                      : most_components_;
     for (Eigen::Index j = shared_; j < most; ++j) {
         const double size = std::sqrt(c.coefficients.row(j).squaredNorm() / frames) / unit;
         for (Eigen::Index i = 0; i < Eigen::Index(values.size()); ++i) values[std::size_t(i)] = c.vectors(i, j) * size;

@@ -55,8 +55,13 @@ public:
     /// Adds to a trial the corrections that hold every error within `peak`.
     void correct(MotionTrial& trial, double peak) const;
 
-    /// From now on as many components are kept as in the last trial, so that errors and bits follow the step smoothly.
-    void settle(bool settled = true) { settled_ = settled; }
+    /// From now on so many components are kept, so that errors and bits follow the step smoothly.
+    void settle(Eigen::Index components) {
+        kept_ = std::clamp(components, shared_, most_components_);
+        settled_ = true;
+    }
+    /// As many as pay, again.
+    void unsettle() { settled_ = false; }
 
 private:
     MotionTrial guenter(double step);
@@ -76,7 +81,6 @@ private:
     double kept_at_ = 0;        ///< ... at this step
     bool settled_ = false;      ///< ... whatever the step
     double tuned_at_ = 0;       ///< step at which fewest_ was chosen
-    double precision_ = 1.0;    ///< basis step over the equal-slope one
     int fewest_ = 300;          ///< observations that make a starting chance worth its bits
     double slope_ = 0.12;        ///< lambda in squared steps per bit
 };
