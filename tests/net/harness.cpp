@@ -143,20 +143,22 @@ void Proxy::pump(int from, int to, bool from_server) {
     while (!stop_) {
         pollfd waiting{from, POLLIN, 0};
         const std::uint64_t hold = from_server ? hold_after_.load() : 0;
-        if (frozen_ || (hold && passed >= hold)) {
+        const std::uint64_t served = served_.load();
+        if (frozen_ || (hold && served >= hold)) {
             std::this_thread::sleep_for(2ms);
             continue;
         }
         if (::poll(&waiting, 1, 10) <= 0) continue;
         const std::uint64_t rate = from_server ? throttle_.load() : 0;
         std::size_t room = rate ? std::clamp<std::size_t>(rate / 50, 1, sizeof chunk) : sizeof chunk;
-        if (hold) room = std::size_t(std::min<std::uint64_t>(room, hold - passed));
+        if (hold) room = std::size_t(std::min<std::uint64_t>(room, hold - served));
         ssize_t got = ::recv(from, chunk, room, 0);
         if (got <= 0) break;
         if (rate) std::this_thread::sleep_for(std::chrono::duration<double>(double(got) / double(rate)));
         if (most && passed + std::uint64_t(got) >= most) got = ssize_t(most - passed);
         if (!send_all(to, ByteView(chunk, std::size_t(got)))) break;
         passed += std::uint64_t(got);
+        if (from_server) served_ += std::uint64_t(got);
         if (most && passed >= most) break;
     }
     ::shutdown(from, SHUT_RDWR);

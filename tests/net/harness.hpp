@@ -173,7 +173,7 @@ public:
     void cut_after(std::uint64_t bytes) { cut_after_ = bytes; }  ///< from the server, of each new connection; 0: never
     /// Bytes per second from the server that each connection takes, little of it buffered; 0: as many as come.
     void throttle(std::uint64_t bytes) { throttle_ = bytes; }
-    /// From the server, of each connection, no more passes until this grows; 0: all that comes.
+    /// From the server, over all connections, no more passes until this grows; 0: all that comes.
     void hold_after(std::uint64_t bytes) { hold_after_ = bytes; }
     void freeze(bool frozen) { frozen_ = frozen; }  ///< open, but no byte passes: half-open
     void refuse(bool refuse) { refuse_ = refuse; }  ///< new connections are closed at once
@@ -188,6 +188,7 @@ private:
     std::uint16_t target_ = 0;
     std::atomic<bool> stop_ = false, frozen_ = false, refuse_ = false;
     std::atomic<std::uint64_t> cut_after_ = 0, throttle_ = 0, hold_after_ = 0;
+    std::atomic<std::uint64_t> served_ = 0;   // bytes from the server so far
     std::atomic<int> connections_ = 0;
     std::mutex mutex_;
     std::vector<int> open_;
