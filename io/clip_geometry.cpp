@@ -1,0 +1,120 @@
+#include "io/clip_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <mutex>
+
+#include "core/parallel.hpp"
+#include "io/limits.hpp"
+#include "io/mesh_file.hpp"
+#include "io/npy.hpp"
+#include "io/numbered_files.hpp"
+#include "io/text.hpp"
+
+namespace mien::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+}  // namespace
+
+void ClipReader::read_vertices() {
+    std::vector<fs::path> files = description_.vertex_files;
+    if (description_.vertices) {
+        const fs::path& path = *description_.vertices;
+        sources_.vertices = path.string();
+        const std::string ending = lower_case(path.extension().string());
+        std::error_code ignored;
+        if (ending == ".npy") {
+            auto array = take(read_npy(path));
+            if (!array) return;
+            if (array->shape.size() == 2) array->shape.insert(array->shape.begin(), 1);
+            if (array->shape.size() != 3 || array->shape[2] != 3)
+                return problem(ErrorCode::invalid, fmt::format("{} has shape {}; [frames, vertices, 3] is wanted", path.string(), array->shape_text()));
+            if (array->shape[1] > kMaxVertices || array->shape[0] > kMaxFrames)
+                return problem(ErrorCode::limit_exceeded, fmt::format("{} has shape {}, more than a clip may have", path.string(), array->shape_text()));
+            clip_.vertices.emplace();
+            clip_.vertices->frames = array->shape[0];
+            clip_.vertices->points = array->shape[1];
+            clip_.vertices->xyz = std::move(array->values);
+            return;
+        }
+        if (!fs::is_directory(path, ignored) && (fs::exists(path, ignored) || ending == ".glb" || ending == ".gltf")) {
+            files = {path};
+        } else {
+            auto numbered = take(open_numbered(path, kMeshEndings));
+            if (!numbered) return;
+            files = std::move(numbered->paths);
+        }
+    }
+    if (!files.empty()) read_mesh_sequence(files);
+}
+
+void ClipReader::read_mesh_sequence(const std::vector<fs::path>& files) {
+    if (!description_.vertices) sources_.vertices = files[0].parent_path().string();
+    for (const fs::path& file : files) sources_.vertex_frames.push_back(file.string());
+    auto first = take(read_mesh(files[0]));
+    if (!first) return;
+    for (std::string& warning : first->warnings) findings_.warn(std::move(warning));
+    const std::int64_t points = first->mesh.positions.rows();
+    if (points == 0) return problem(ErrorCode::invalid, fmt::format("{} has no vertices", files[0].string()));
+    const auto frames = std::int64_t(files.size());
+    if (frames * points > kMaxValues / 3) return problem(ErrorCode::limit_exceeded, fmt::format("{} meshes are more than fits into memory", files.size()));
+    clip_.vertices.emplace(frames, points);
+    clip_.vertices->frame(0) = first->mesh.positions;
+    std::vector<std::optional<Error>> errors(files.size());
+    std::mutex progress_mutex;
+    std::int64_t done = 1;
+    parallel_for(frames - 1, [&](std::int64_t i) {
+        const std::int64_t f = i + 1;
+        const auto positions = read_positions(files[std::size_t(f)]);
+        if (!positions) {
+            errors[std::size_t(f)] = positions.error();
+        } else if (positions->rows() != points) {
+            errors[std::size_t(f)] = Error{ErrorCode::mismatch, fmt::format("{} (frame {}) has {} vertices, but {} has {}", files[std::size_t(f)].string(), f,
+                                                                            positions->rows(), files[0].filename().string(), points)};
+        } else {
+            clip_.vertices->frame(f) = *positions;
+        }
+        if (options_.progress) {
+            const std::lock_guard lock(progress_mutex);
+            options_.progress("reading meshes", ++done, frames);
+        }
+    });
+    std::size_t more = 0, shown = 0;
+    for (const auto& error : errors) {
+        if (!error) continue;
+        if (shown++ < 8) findings_.problem(*error);
+        else ++more;
+    }
+    if (more > 0) problem(ErrorCode::mismatch, fmt::format("and {} more meshes that do not fit", more));
+    sequence_mesh_ = std::move(first->mesh);
+    sequence_shapes_ = std::move(first->blendshapes);
+}
+
+void ClipReader::read_neutral() {
+    if (description_.neutral) {
+        sources_.neutral = description_.neutral->string();
+        auto file = read_mesh(*description_.neutral);
+        if (!file) {
+            // A recording loads without a model that merely lies beside it, as one of compressed geometry.
+            const std::string ending = lower_case(description_.neutral->extension().string());
+            if (guessed_ && (ending == ".glb" || ending == ".gltf")) findings_.warn(file.error().message + "; it is not used");
+            else findings_.problem(file.error());
+            return;
+        }
+        for (std::string& warning : file->warnings) findings_.warn(std::move(warning));
+        if (file->mesh.positions.rows() == 0) return problem(ErrorCode::invalid, fmt::format("{} has no vertices", sources_.neutral));
+        clip_.neutral = std::move(file->mesh);
+        sequence_shapes_ = std::move(file->blendshapes);
+    } else if (sequence_mesh_) {
+        sources_.neutral = sources_.vertex_frames[0];
+        clip_.neutral = std::move(*sequence_mesh_);
+        if (clip_.vertices->frames > 1)
+            findings_.note(fmt::format("no neutral mesh is named; {} stands for it", fs::path(sources_.neutral).filename().string()));
+    } else if (clip_.vertices) {
+        findings_.warn("no neutral mesh is named: without its triangles the vertices are a cloud of points");
+    }
+}
+
+}  // namespace mien::io
