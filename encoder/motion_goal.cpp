@@ -121,8 +121,11 @@ private:
     double beyond(const Tried& now, bool too_fine) {
         double answer = 1;
         if (last_.step > 0) {
-            answer = std::log(now.figure / last_.figure) / std::log(now.step / last_.step) * direction_;
-            futile_ = answer < kNone ? futile_ + 1 : 0;
+            const double moved = std::log(now.step / last_.step);
+            answer = std::log(now.figure / last_.figure) / moved * direction_;
+            // A small move may go unanswered by chance.
+            if (answer > kNone) futile_ = 0;
+            else if (std::abs(moved) > std::log(2.0)) ++futile_;
         }
         const double power = (direction_ > 0 ? -1.05 : 1.3) / std::clamp(answer, 0.1, 1.0);
         const double move = std::clamp(std::pow(now.figure / value_, power), 0.1, 10.0);
