@@ -152,7 +152,7 @@ public:
 
     Result<MotionAnswer> run() {
         if (const double least = least_error(); out_of_reach(least))
-            return unmet(fmt::format(": {} components, the most there may be, leave {:.2g}", task_.components.vectors.cols(), least));
+            return unmet(fmt::format(": {} components of its motion leave {:.2g}", task_.components.vectors.cols(), least));
         if (goal_.rms || goal_.kbps) {
             meet(false);
             // With the number of components fixed where it happened to come near the goal, no step may keep it.
