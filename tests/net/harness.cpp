@@ -156,9 +156,9 @@ void Proxy::pump(int from, int to, bool from_server) {
         if (got <= 0) break;
         if (rate) std::this_thread::sleep_for(std::chrono::duration<double>(double(got) / double(rate)));
         if (most && passed + std::uint64_t(got) >= most) got = ssize_t(most - passed);
+        if (from_server) served_ += std::uint64_t(got);   // before: who has received them finds them counted
         if (!send_all(to, ByteView(chunk, std::size_t(got)))) break;
         passed += std::uint64_t(got);
-        if (from_server) served_ += std::uint64_t(got);
         if (most && passed >= most) break;
     }
     ::shutdown(from, SHUT_RDWR);

@@ -178,6 +178,7 @@ public:
     void freeze(bool frozen) { frozen_ = frozen; }  ///< open, but no byte passes: half-open
     void refuse(bool refuse) { refuse_ = refuse; }  ///< new connections are closed at once
     int connections() const { return connections_; }
+    std::uint64_t served() const { return served_; }   ///< bytes from the server so far, over all connections
 
 private:
     void accept();
