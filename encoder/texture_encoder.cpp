@@ -14,7 +14,8 @@ namespace {
 // Rate control starts cold and a clip is short: where it misses by more, it is asked again for what makes up for it.
 constexpr double kTolerance = 0.08;
 constexpr int kRetries = 2;
-constexpr std::int64_t kProbeFrames = 60;  // that the steps of shrinking are chosen by
+// That the steps of shrinking are chosen by: several groups, as what a single one costs says little of a stream's rate control.
+constexpr std::int64_t kProbeFrames = 150;
 
 /// A lane, the rate that it is asked for and the run that came closest.
 struct Rung {
@@ -139,7 +140,7 @@ Result<EncodedTexture> encode_texture(const Clip& clip, const TextureOptions& op
     TextureFill fill(width, height, used_texels(clip, width, height));
     std::vector<TextureLane*> lanes;
     for (Rung& rung : rungs) lanes.push_back(&rung.lane);
-    MIEN_CHECK(choose_steps(source, fill, lanes, std::min({group_frames, frames, kProbeFrames})));
+    MIEN_CHECK(choose_steps(source, fill, lanes, std::min(frames, kProbeFrames)));
     for (int again = 0; again <= kRetries; ++again) {
         std::vector<Rung*> open;
         lanes.clear();

@@ -57,8 +57,9 @@ public:
         const bool key = frame % lane_->settings.key_interval == 0;
         if (lane_->shrink && lane_->step > 0) {
             media::YuvImage seen = picture;
-            lane_->shrink->apply(seen, lane_->step);
+            lane_->shrink->apply(seen, lane_->step, key || !before_ ? nullptr : &*before_);
             keep(encoder_.encode(seen, key));
+            before_ = std::move(seen);
         } else {
             keep(encoder_.encode(picture, key));
         }
@@ -81,6 +82,7 @@ private:
 
     media::VideoEncoder encoder_;
     const TextureLane* lane_;
+    std::optional<media::YuvImage> before_;   ///< what the encoder saw last, of a lane that shrinks
     TextureRun run_;
     std::optional<Error> failed_;
 };
@@ -155,53 +157,115 @@ Result<std::vector<TextureRun>> encode_lanes(TextureSource& source, TextureFill&
     return done;
 }
 
+namespace {
+
+constexpr double kNearRate = 0.1;     // relative; of the rate that a lane is asked for, what its quality is set by
+constexpr int kRateTrials = 4;
+constexpr double kRateSlope = 0.04;   // ln(bits) per point of quality, until two trials tell
+constexpr double kLeastShare = 1.0 / 8, kMostShare = 8;   // of the encoder's step
+
+/// The search for one lane's step. At one quality throughout: what rate control does in a few seconds is mostly chance.
+struct StepProbe {
+    TextureLane lane;       ///< what is tried next
+    TextureLane* wanted;
+    TextureRun plain;       ///< of the quality, nothing shrunk
+    double whole = 0;       ///< the encoder's step
+    double best = 0;        ///< error times bits of the best step so far
+    double share = 1, factor = 2;
+    bool done = false;
+
+    explicit StepProbe(TextureLane& of) : lane(of), wanted(&of) {
+        lane.step = wanted->step = 0;
+        lane.settings.kbps.reset();
+    }
+    /// From 1 by factors of two, as long as that is better.
+    void judge(double cost) {
+        const bool better = cost < best;
+        if (better) {
+            best = cost;
+            wanted->step = lane.step;
+        }
+        if (share == 1) {
+            factor = better ? 2 : 0.5;
+        } else if (share == 2 && !better) {   // the way up leads nowhere
+            share = 1;
+            factor = 0.5;
+        } else {
+            done = !better;
+        }
+        share *= factor;
+        done = done || share < kLeastShare || share > kMostShare;
+        lane.step = share * whole;
+    }
+};
+
+/// A quality at which bits come nearest to a rate, from trial to trial.
+struct QualitySearch {
+    double rate;
+    double slope = kRateSlope;
+    std::optional<double> quality = {}, log_bits = {};   ///< of the trial before
+
+    bool near(double kbps) const { return std::abs(std::log(kbps / rate)) <= kNearRate; }
+    double next(double tried, double kbps) {
+        const double now = std::log(kbps);
+        if (log_bits && tried != *quality && (now - *log_bits) / (tried - *quality) > 0) slope = (now - *log_bits) / (tried - *quality);
+        quality = tried;
+        log_bits = now;
+        return std::clamp(tried + (std::log(rate) - now) / slope, 0.0, media::VideoEncoderSettings::kFinestQuality);
+    }
+};
+
+}  // namespace
+
 Result<void> choose_steps(TextureSource& source, TextureFill& fill, const std::vector<TextureLane*>& lanes, std::int64_t frames) {
-    std::vector<TextureLane> probes;
-    std::vector<TextureLane*> shrinking, probing;
+    std::vector<StepProbe> probes;
     for (TextureLane* lane : lanes)
-        if (lane->shrink) {
-            shrinking.push_back(lane);
-            probes.push_back(*lane);
-        }
-    if (probes.empty()) return {};
-    for (TextureLane& probe : probes) probing.push_back(&probe);
+        if (lane->shrink) probes.emplace_back(*lane);
+    const auto kbps = [&](const StepProbe& probe, const TextureRun& run) { return run.kbps(probe.lane.settings.frame_rate, frames); };
+    const auto run_all = [&](const std::vector<StepProbe*>& open) {
+        std::vector<TextureLane*> trials;
+        for (StepProbe* probe : open) trials.push_back(&probe->lane);
+        return encode_lanes(source, fill, trials, frames, {});
+    };
 
-    // Rate control starts cold: what it is told is corrected until so few frames have about the bits that they will have.
-    const auto kbps = [&](const TextureLane& lane, const TextureRun& run) { return run.kbps(lane.settings.frame_rate, frames); };
-    MIEN_TRY(plain, encode_lanes(source, fill, probing, frames, {}));
-    for (int again = 0; again < 2; ++again) {
-        bool missed = false;
-        for (std::size_t i = 0; i < probes.size(); ++i) {
-            if (!shrinking[i]->settings.kbps) continue;
-            const double wanted = *shrinking[i]->settings.kbps, ratio = wanted / kbps(probes[i], plain[i]);
-            missed = missed || std::abs(std::log(ratio)) > 0.15;
-            probes[i].settings.kbps = std::clamp(*probes[i].settings.kbps * ratio, wanted / 8, wanted * 8);
+    std::vector<QualitySearch> searches;
+    for (const StepProbe& probe : probes) searches.push_back({probe.wanted->settings.kbps.value_or(0)});
+    std::vector<StepProbe*> open;
+    for (StepProbe& probe : probes) open.push_back(&probe);
+    for (int trial = 0; !open.empty() && trial < kRateTrials; ++trial) {
+        MIEN_TRY(runs, run_all(open));
+        std::vector<StepProbe*> missed;
+        for (std::size_t i = 0; i < open.size(); ++i) {
+            StepProbe& probe = *open[i];
+            QualitySearch& search = searches[std::size_t(open[i] - probes.data())];
+            probe.plain = std::move(runs[i]);
+            if (!probe.wanted->settings.kbps || search.near(kbps(probe, probe.plain)) || trial + 1 == kRateTrials) continue;
+            double& quality = probe.lane.settings.quality;
+            const double next = search.next(quality, kbps(probe, probe.plain));
+            if (next == quality) continue;   // the end of the scale
+            quality = next;
+            missed.push_back(&probe);
         }
-        if (!missed) break;
-        MIEN_TRY(retry, encode_lanes(source, fill, probing, frames, {}));
-        plain = std::move(retry);
+        open = std::move(missed);
     }
-
-    std::vector<double> whole, cost;
-    for (std::size_t i = 0; i < probes.size(); ++i) {
-        MIEN_TRY(error, weighted_error(source, fill, probes[i], plain[i]));
-        whole.push_back(std::sqrt(12 * error));
-        cost.push_back(error * kbps(probes[i], plain[i]));
-        shrinking[i]->step = 0;
+    for (StepProbe& probe : probes) {
+        const auto& asked = probe.wanted->settings.kbps;
+        if (asked && probe.lane.settings.quality == media::VideoEncoderSettings::kFinestQuality && kbps(probe, probe.plain) < *asked)
+            continue;   // bits are left over as it is
+        MIEN_TRY(error, weighted_error(source, fill, probe.lane, probe.plain));
+        probe.whole = probe.lane.step = std::sqrt(12 * error);
+        probe.best = error * kbps(probe, probe.plain);
+        open.push_back(&probe);
     }
-    for (const double share : {0.5, 1.0}) {
-        for (std::size_t i = 0; i < probes.size(); ++i) probes[i].step = share * whole[i];
-        MIEN_TRY(runs, encode_lanes(source, fill, probing, frames, {}));
-        for (std::size_t i = 0; i < probes.size(); ++i) {
-            MIEN_TRY(error, weighted_error(source, fill, probes[i], runs[i]));
-            const double now = error * kbps(probes[i], runs[i]);
-            if (now < cost[i]) {
-                cost[i] = now;
-                shrinking[i]->step = probes[i].step;
-            }
+    for (;;) {
+        std::erase_if(open, [](const StepProbe* probe) { return probe->done; });
+        if (open.empty()) return {};
+        MIEN_TRY(runs, run_all(open));
+        for (std::size_t i = 0; i < open.size(); ++i) {
+            MIEN_TRY(error, weighted_error(source, fill, open[i]->lane, runs[i]));
+            open[i]->judge(error * kbps(*open[i], runs[i]));
         }
     }
-    return {};
 }
 
 }  // namespace mien::encoder

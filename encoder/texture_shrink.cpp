@@ -10,7 +10,7 @@ namespace mien::encoder {
 namespace {
 
 constexpr int kBlock = 8;
-constexpr float kMostExcess = 15;  // 1 / w - 1 where the step would be four times as large
+constexpr float kMostExcess = 255;  // 1 / w - 1 where the step would be sixteen times as large
 
 using Block = std::array<float, kBlock * kBlock>;
 
@@ -41,19 +41,26 @@ Block product_transposed(const Block& a, const Block& b) {
     return out;
 }
 
-void shrink(std::uint8_t* samples, int stride, float threshold_squared) {
-    Block block;
+/// Shrinks what a block differs from the same block of the frame before; null: from its own mean.
+void shrink(std::uint8_t* samples, const std::uint8_t* before, int stride, float threshold_squared) {
+    Block was{}, block;
     for (int y = 0; y < kBlock; ++y)
-        for (int x = 0; x < kBlock; ++x) block[std::size_t(y * kBlock + x)] = samples[y * stride + x];
+        for (int x = 0; x < kBlock; ++x) {
+            const std::size_t i = std::size_t(y * kBlock + x);
+            if (before) was[i] = before[y * stride + x];
+            block[i] = samples[y * stride + x] - was[i];
+        }
     Block coefficients = product_transposed<false>(cosines(), product_transposed<false>(cosines(), block));
-    for (std::size_t i = 1; i < coefficients.size(); ++i) {
+    for (std::size_t i = before ? 0 : 1; i < coefficients.size(); ++i) {
         const float squared = coefficients[i] * coefficients[i];
         coefficients[i] *= squared > threshold_squared ? 1 - threshold_squared / squared : 0;
     }
     block = product_transposed<true>(cosines(), product_transposed<true>(cosines(), coefficients));
     for (int y = 0; y < kBlock; ++y)
-        for (int x = 0; x < kBlock; ++x)
-            samples[y * stride + x] = std::uint8_t(std::lround(std::clamp(block[std::size_t(y * kBlock + x)], 0.0f, 255.0f)));
+        for (int x = 0; x < kBlock; ++x) {
+            const std::size_t i = std::size_t(y * kBlock + x);
+            samples[y * stride + x] = std::uint8_t(std::lround(std::clamp(was[i] + block[i], 0.0f, 255.0f)));
+        }
 }
 
 }  // namespace
@@ -76,15 +83,16 @@ TextureShrink::TextureShrink(const std::vector<float>& weights, int width, int h
     }
 }
 
-void TextureShrink::apply(media::YuvImage& picture, double step) const {
+void TextureShrink::apply(media::YuvImage& picture, double step, const media::YuvImage* before) const {
     for (int p = 0; p < 3; ++p) {
         const Plane& plane = p ? chroma_ : luma_;
         const int stride = p ? picture.chroma_width : picture.width;
         parallel_for(plane.down, [&](std::int64_t by) {
             for (int bx = 0; bx < plane.across; ++bx) {
                 const float excess = plane.excess[std::size_t(by) * plane.across + bx];
-                if (excess > 0)
-                    shrink(picture.planes[p].data() + std::size_t(by) * kBlock * stride + bx * kBlock, stride, float(step * step) * excess);
+                if (excess <= 0) continue;
+                const std::size_t at = std::size_t(by) * kBlock * stride + bx * kBlock;
+                shrink(picture.planes[p].data() + at, before ? before->planes[p].data() + at : nullptr, stride, float(step * step) * excess);
             }
         });
     }

@@ -35,7 +35,7 @@ const AVCodec* find_encoder(const std::string& name) {
 constexpr int kQpRange = 51;  // FFmpeg's wrappers multiply a region's offset by it
 
 double between(double low, double high, double quality) {
-    return low + (high - low) * std::clamp(quality, 0.0, 100.0) / 100;
+    return low + (high - low) * std::clamp(quality, 0.0, VideoEncoderSettings::kFinestQuality) / 100;
 }
 
 void tune_mpeg4(const VideoEncoderSettings& s, AVCodecContext& codec, Options& options) {
@@ -50,7 +50,7 @@ void tune_mpeg4(const VideoEncoderSettings& s, AVCodecContext& codec, Options& o
     if (!s.kbps) {
         codec.flags |= AV_CODEC_FLAG_QSCALE;
         codec.global_quality =
-            int(std::lround(FF_QP2LAMBDA * 31 * std::pow(2.0 / 31, between(0, 1, s.quality))));
+            int(std::lround(FF_QP2LAMBDA * 31 * std::pow(2.0 / 31, std::min(between(0, 1, s.quality), 1.0))));
     } else {
         codec.bit_rate_tolerance = int(std::min<std::int64_t>(codec.bit_rate * 4, INT32_MAX));
     }
@@ -89,7 +89,7 @@ void tune_svt_av1(const VideoEncoderSettings& s, AVCodecContext&, Options& optio
     options["preset"] = s.speed.empty() ? "8" : s.speed;
     // Its rate control takes what is done by then, unless one thread does all; at a fixed quality threads change nothing.
     options["svtav1-params"] = s.kbps ? "scd=0:lp=1" : "scd=0";
-    if (!s.kbps) options["crf"] = std::to_string(std::lround(between(63, 12, s.quality)));
+    if (!s.kbps) options["crf"] = std::to_string(std::max(1L, std::lround(between(63, 12, s.quality))));
 }
 
 void tune_aom_av1(const VideoEncoderSettings& s, AVCodecContext& codec, Options& options) {
@@ -97,7 +97,7 @@ void tune_aom_av1(const VideoEncoderSettings& s, AVCodecContext& codec, Options&
     options["cpu-used"] = s.speed.empty() ? "6" : s.speed;
     options["row-mt"] = "1";
     options["usage"] = "good";
-    if (!s.kbps) options["crf"] = std::to_string(std::lround(between(63, 12, s.quality)));
+    if (!s.kbps) options["crf"] = std::to_string(std::max(1L, std::lround(between(63, 12, s.quality))));
 }
 
 /// Cuts supplemental messages (the encoder's own advertisement, mostly) out of an Annex B byte stream.
@@ -260,6 +260,7 @@ Result<std::vector<VideoPacket>> VideoEncoder::encode(const YuvImage& picture, b
         AVFrameSideData* side = allocated(av_frame_new_side_data(frame.get(), AV_FRAME_DATA_REGIONS_OF_INTEREST, size));
         std::memcpy(side->data, state.regions.data(), size);
     }
+    frame->quality = state.codec->global_quality;   // the native MPEG-4 encoder goes by this one
     frame->pts = state.fed++;
     frame->pict_type = key ? AV_PICTURE_TYPE_I : AV_PICTURE_TYPE_NONE;
     if (const int code = avcodec_send_frame(state.codec.get(), frame.get()); code < 0)

@@ -30,8 +30,10 @@ struct VideoEncoderSettings {
     int width = 0, height = 0;   ///< coded size: coded_side() of the picture's
     Rational frame_rate{30, 1};
     std::optional<double> kbps;  ///< average over the clip; else
-    double quality =
-        75;             ///< 0 .. 100: x264 and x265 CRF 46 .. 12, AV1 CRF 63 .. 12, MPEG-4 quantiser 31 .. 2
+    /// 0 .. 100: x264 and x265 CRF 46 .. 12, AV1 CRF 63 .. 12, MPEG-4 quantiser 31 .. 2, below which its rate control does not go
+    /// either; the others go on to kFinestQuality.
+    double quality = 75;
+    static constexpr double kFinestQuality = 125;
     std::string speed;  ///< the encoder's own preset; empty: ours
     std::int64_t key_interval = 30;  ///< frames from one forced key frame to the next, at most
     std::vector<VideoRegion> regions;  ///< of every picture; where they overlap the first counts; see takes_regions()

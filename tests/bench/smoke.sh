@@ -6,9 +6,6 @@ rm -rf "$work"
 mkdir -p "$work"
 cd "$work" || exit 2
 failures=0
-# x265 keeps its parameters for good.
-echo "leak:libx265" >leaks.txt
-export LSAN_OPTIONS=suppressions=$PWD/leaks.txt:print_suppressions=0
 
 complain() {
     echo "FAILED: $1"

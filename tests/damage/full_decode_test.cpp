@@ -219,12 +219,6 @@ TEST_P(Damage, OfTheFileItselfIsRefusedOrPlays) {
     }
 }
 
-// x265 3.5 never frees a few bytes of its settings.
-extern "C" const char* __lsan_default_suppressions();
-extern "C" const char* __lsan_default_suppressions() {
-    return "leak:libx265\n";
-}
-
 INSTANTIATE_TEST_SUITE_P(Codecs, Damage,
                          testing::Values(std::tuple("h264", "opus"), std::tuple("hevc", "aac"), std::tuple("mpeg4", "opus"),
                                          std::tuple("av1", "aac")),

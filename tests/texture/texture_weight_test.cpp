@@ -107,20 +107,20 @@ TEST(TextureWeight, IsOneEverywhereWithoutAMesh) {
 }
 
 TEST(TextureShrink, TakesSmallDetailFromWhatIsNotSeenAndNothingElse) {
-    // The left half is seen, the right one is not; both hold a wave of amplitude 2 and a step of 100.
+    // The left half is seen, the right one hardly; both hold a wave of amplitude 2 and a step of 100.
     std::vector<float> weights(64 * 64);
     media::YuvImage picture(64, 64, media::Chroma::quarter);
     for (int y = 0; y < 64; ++y)
         for (int x = 0; x < 64; ++x) {
-            weights[std::size_t(y) * 64 + x] = x < 32 ? 2.0f : 0.0f;
+            weights[std::size_t(y) * 64 + x] = x < 32 ? 2.0f : 1 / 16.0f;
             picture.planes[0][std::size_t(y) * 64 + x] = std::uint8_t(100 + (x % 2 ? 2 : -2) + (y % 8 < 4 ? 100 : 0));
         }
     for (int p : {1, 2}) std::fill(picture.planes[p].begin(), picture.planes[p].end(), std::uint8_t(90));
     const media::YuvImage before = picture;
     const encoder::TextureShrink shrink(weights, 64, 64);
-    shrink.apply(picture, 0);
+    shrink.apply(picture, 0, nullptr);
     EXPECT_EQ(picture.planes[0], before.planes[0]);
-    shrink.apply(picture, 6);
+    shrink.apply(picture, 6, nullptr);
     double wave = 0, step = 0;
     for (int y = 0; y < 64; ++y)
         for (int x = 0; x < 64; x += 2) {
@@ -136,6 +136,29 @@ TEST(TextureShrink, TakesSmallDetailFromWhatIsNotSeenAndNothingElse) {
     EXPECT_LT(wave, 0.5);   // of 4
     EXPECT_NEAR(step, 100, 2);
     EXPECT_EQ(picture.planes[1], before.planes[1]);
+}
+
+TEST(TextureShrink, WhatIsNotSeenStandsStillUntilItHasChangedMuch) {
+    std::vector<float> weights(32 * 16);
+    for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = i % 32 < 16 ? 2.0f : 0.25f;   // excess 3: a step of 4 shrinks below 4 sqrt(3)
+    const encoder::TextureShrink shrink(weights, 32, 16);
+    const auto grey = [](int level) {
+        media::YuvImage picture(32, 16, media::Chroma::quarter);
+        for (auto& plane : picture.planes) std::fill(plane.begin(), plane.end(), std::uint8_t(level));
+        return picture;
+    };
+    const media::YuvImage before = grey(100);
+    media::YuvImage little = grey(100);
+    for (int y = 0; y < 16; ++y)
+        for (int x = 0; x < 32; ++x) little.planes[0][std::size_t(y) * 32 + x] = std::uint8_t(100 + (x + y) % 2);   // 0.5 even and 4 in the finest wave
+    media::YuvImage still = little;
+    shrink.apply(still, 4, &before);
+    for (int x = 0; x < 32; ++x) EXPECT_EQ(still.planes[0][std::size_t(x)], x < 16 ? little.planes[0][std::size_t(x)] : 100) << x;
+    media::YuvImage large = grey(110);
+    shrink.apply(large, 4, &before);   // 80 and 80 (1 - 48 / 6400)
+    EXPECT_EQ(large.planes[0][0], 110);
+    EXPECT_NEAR(large.planes[0][31], 109.9, 0.51);
+    EXPECT_EQ(large.planes[1][15], 110) << "chroma alike";
 }
 
 TEST(TextureScale, MeansWhatAPixelCovers) {
