@@ -140,7 +140,7 @@ Result<EncodedTexture> encode_texture(const Clip& clip, const TextureOptions& op
     TextureFill fill(width, height, used_texels(clip, width, height));
     std::vector<TextureLane*> lanes;
     for (Rung& rung : rungs) lanes.push_back(&rung.lane);
-    MIEN_CHECK(choose_steps(source, fill, lanes, std::min(frames, kProbeFrames)));
+    MIEN_CHECK(choose_steps(source, fill, lanes, std::min(frames, kProbeFrames), progress));
     for (int again = 0; again <= kRetries; ++again) {
         std::vector<Rung*> open;
         lanes.clear();

@@ -161,6 +161,7 @@ namespace {
 
 constexpr double kNearRate = 0.1;     // relative; of the rate that a lane is asked for, what its quality is set by
 constexpr int kRateTrials = 4;
+constexpr std::int64_t kUsualRuns = kRateTrials + 3;   // for the progress bar
 constexpr double kRateSlope = 0.04;   // ln(bits) per point of quality, until two trials tell
 constexpr double kLeastShare = 1.0 / 8, kMostShare = 8;   // of the encoder's step
 
@@ -217,15 +218,22 @@ struct QualitySearch {
 
 }  // namespace
 
-Result<void> choose_steps(TextureSource& source, TextureFill& fill, const std::vector<TextureLane*>& lanes, std::int64_t frames) {
+Result<void> choose_steps(TextureSource& source, TextureFill& fill, const std::vector<TextureLane*>& lanes, std::int64_t frames,
+                          const Progress& progress) {
     std::vector<StepProbe> probes;
     for (TextureLane* lane : lanes)
         if (lane->shrink) probes.emplace_back(*lane);
     const auto kbps = [&](const StepProbe& probe, const TextureRun& run) { return run.kbps(probe.lane.settings.frame_rate, frames); };
+    std::int64_t runs_done = 0;
+    const auto report = [&](std::string_view, std::int64_t done, std::int64_t of) {
+        if (progress) progress("texture, trials", std::min(runs_done, kUsualRuns - 1) * of + done, kUsualRuns * of);
+    };
     const auto run_all = [&](const std::vector<StepProbe*>& open) {
         std::vector<TextureLane*> trials;
         for (StepProbe* probe : open) trials.push_back(&probe->lane);
-        return encode_lanes(source, fill, trials, frames, {});
+        auto runs = encode_lanes(source, fill, trials, frames, report);
+        ++runs_done;
+        return runs;
     };
 
     std::vector<QualitySearch> searches;
