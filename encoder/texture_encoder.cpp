@@ -5,6 +5,7 @@
 
 #include "encoder/texture_lanes.hpp"
 #include "encoder/texture_regions.hpp"
+#include "encoder/texture_steps.hpp"
 #include "encoder/texture_weight.hpp"
 #include "protocol/limits.hpp"
 
