@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/core.h>
+
 namespace mien::encoder {
 namespace {
 
@@ -10,6 +12,8 @@ using protocol::MotionKind;
 using protocol::Rung;
 using protocol::Track;
 using protocol::TrackKind;
+
+constexpr double kNoticeable = 0.15;  // of the asked rate; short clips miss by a few percent
 
 std::uint32_t average_bits(const std::vector<protocol::Group>& groups, double seconds) {
     std::uint64_t bytes = 0;
@@ -133,6 +137,11 @@ Result<EncodedStream> encode_stream(const Clip& clip, const StreamOptions& optio
         MIEN_TRY(texture, encode_texture(clip, texture_options, progress));
         Track track{TrackKind::texture, "texture", clip.frame_rate.inverse(), texture.info, {}};
         for (EncodedTextureRung& encoded : texture.rungs) {
+            if (encoded.asked_kbps && std::abs(encoded.kbps / *encoded.asked_kbps - 1) > kNoticeable)
+                out.warnings.push_back(fmt::format("the texture takes {:.0f} kbit/s where {:.4g} were asked: {} {} of {} x {} texels", encoded.kbps,
+                                                   *encoded.asked_kbps, texture.codec,
+                                                   encoded.kbps > *encoded.asked_kbps ? "does not go lower with pictures" : "does not go higher with pictures",
+                                                   encoded.width, encoded.height));
             Rung rung;
             rung.codec = texture.codec;
             rung.codec_config = std::move(encoded.codec_config);

@@ -30,6 +30,7 @@ struct EncodedStream {
     std::vector<protocol::StaticBlob> blobs;
     std::vector<protocol::Group> groups;     ///< by group, then slot
     double motion_rms = 0, motion_peak = 0;  ///< measured, mm or weight units
+    std::vector<std::string> warnings;       ///< what was asked and is not met, for the user to read
 };
 
 /// clip -> objects: the model first, then motion against the model as decoders will have it, then texture and sound.

@@ -15,6 +15,7 @@ namespace {
 // Rate control starts cold and a clip is short: where it misses by more, it is asked again for what makes up for it.
 constexpr double kTolerance = 0.08;
 constexpr int kRetries = 2;
+constexpr double kLeastKbps = 1;   // that encoders take; x264 refuses less than that and names no reason
 // That the steps of shrinking are chosen by: several groups, as what a single one costs says little of a stream's rate control.
 constexpr std::int64_t kProbeFrames = 150;
 
@@ -31,7 +32,7 @@ struct Rung {
         if (better) best = std::move(run);
         done = !better || !kbps || std::abs(best.kbps(frame_rate, frames) / *kbps - 1) <= kTolerance;
         if (!done)
-            lane.settings.kbps = std::clamp(*lane.settings.kbps * *kbps / best.kbps(frame_rate, frames), *kbps / 8, *kbps * 8);
+            lane.settings.kbps = std::clamp(*lane.settings.kbps * *kbps / best.kbps(frame_rate, frames), std::max(kLeastKbps, *kbps / 8), *kbps * 8);
     }
 };
 
@@ -66,7 +67,7 @@ Result<std::vector<protocol::Group>> group_packets(std::vector<media::VideoPacke
 }
 
 Result<void> check(const TextureOptions& options, int width) {
-    const auto sensible = [](double kbps) { return kbps >= 1 && kbps <= 2e6; };
+    const auto sensible = [](double kbps) { return kbps >= kLeastKbps && kbps <= 2e6; };
     if (options.kbps && options.quality)
         return Error{ErrorCode::invalid, "texture takes a bitrate or a quality, not both"};
     if (!options.rungs.empty() && (options.kbps || options.quality))
@@ -159,8 +160,9 @@ Result<EncodedTexture> encode_texture(const Clip& clip, const TextureOptions& op
     out.info = {std::uint32_t(width), std::uint32_t(height), YuvView::Matrix::bt709, rungs.front().lane.settings.full_range};
     out.codec = options.codec;
     for (Rung& rung : rungs) {
+        const double kbps = rung.best.kbps(clip.frame_rate, frames);
         MIEN_TRY(groups, group_packets(std::move(rung.best.packets), frames, group_frames, options.codec));
-        out.rungs.push_back({rung.lane.width, rung.lane.height, std::move(rung.best.codec_config), std::move(groups)});
+        out.rungs.push_back({rung.lane.width, rung.lane.height, rung.kbps, kbps, std::move(rung.best.codec_config), std::move(groups)});
     }
     return out;
 }

@@ -31,6 +31,8 @@ struct TextureOptions {
 
 struct EncodedTextureRung {
     int width = 0, height = 0;  ///< texels
+    std::optional<double> asked_kbps;
+    double kbps = 0;            ///< what it came to: an encoder has a coarsest and a finest step
     Bytes codec_config;
     std::vector<protocol::Group> groups;  ///< slot 0; one object per frame, decoding order
 };

@@ -221,6 +221,7 @@ Result<VideoEncoder> VideoEncoder::open(const VideoEncoderSettings& s) {
     if (code < 0) {
         Error error = av_error(code, "the " + s.codec + " encoder refuses " + std::to_string(s.width) +
                                          " x " + std::to_string(s.height) +
+                                         (s.kbps ? " at " + std::to_string(codec.bit_rate) + " bit/s" : "") +
                                          (s.speed.empty() ? "" : " with preset '" + s.speed + "'"));
         error.code = ErrorCode::invalid;
         return error;

@@ -168,6 +168,7 @@ Result<int> encode(const Request& request) {
     writer.finish();
     file.commit_to_disk();
     end_progress();
+    for (const std::string& text : stream.warnings) warn(text);
     if (!request.quiet) {
         const double seconds = double(stream.header.frames) / stream.header.frame_rate.value();
         const char* unit = options.motion.kind == protocol::MotionKind::weights ? "" : " mm";

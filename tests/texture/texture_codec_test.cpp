@@ -205,6 +205,20 @@ TEST(Texture, MeetsTheBitrateAskedFor) {
     const auto encoded = encoder::encode_texture(painted_clip(128, 128, 90), options);
     ASSERT_TRUE(encoded.ok());
     EXPECT_NEAR(double(bytes_of(*encoded)) * 8 / 1000 / 3.0, 60, 6);
+    EXPECT_EQ(encoded->rungs[0].asked_kbps, 60);
+    EXPECT_NEAR(encoded->rungs[0].kbps, double(bytes_of(*encoded)) * 8 / 1000 / 3.0, 1e-9);
+}
+
+TEST_P(EveryCodec, GoesAsLowAsItCanWhereARateCannotBeMet) {
+    encoder::TextureOptions wanted = options(15);
+    wanted.kbps = 1;
+    const auto encoded = encoder::encode_texture(painted_clip(128, 128, 30), wanted);
+    ASSERT_TRUE(encoded.ok()) << encoded.error().message;
+    EXPECT_GT(encoded->rungs[0].kbps, 1);
+    wanted.kbps = 30;
+    const auto easy = encoder::encode_texture(painted_clip(128, 128, 30), wanted);
+    ASSERT_TRUE(easy.ok()) << easy.error().message;
+    EXPECT_LE(bytes_of(*encoded), bytes_of(*easy));
 }
 
 /// Counts how often its frames are read.
