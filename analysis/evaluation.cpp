@@ -127,6 +127,7 @@ Result<Evaluation> evaluate_clip(const TrainedModel& trained, const Clip& clip, 
         albedo_judge(trained.albedo, model.fine_domain, 3, false);
     const auto where = domain_texels(model.medium_domain, make_texel_map(model.neutral, model.medium_domain.width, model.medium_domain.height, 1u << int(Surface::skin)));
     const FineTarget fine_target(model, trained.high_pass_sigma, trained.fine_over);
+    const Points rest = markers_at_rest(clip, trained.driver->mesh().neutral);
     Evaluation evaluation;
     std::vector<std::int64_t> frames;
     for (std::int64_t f = 0; f < clip.markers->frames; f += stride) frames.push_back(f);
@@ -146,7 +147,7 @@ Result<Evaluation> evaluate_clip(const TrainedModel& trained, const Clip& clip, 
                 ready.error = scan.error();
                 return;
             }
-            ready.drive = std::make_unique<FramePredictors>(trained, head_space_markers(clip, frame, trained.driver->mesh().neutral));
+            ready.drive = std::make_unique<FramePredictors>(trained, head_space_markers(clip, frame, rest, trained.driver->mesh().neutral));
             const model::DrivenFrame& driven = ready.drive->frame();
             ready.medium.resize(3 * model.medium_domain.size());
             medium_target(scan->medium, model.neutral, model.medium_domain, where, driven.base, ready.medium.data());

@@ -1,6 +1,7 @@
 #include "analysis/layer_fit.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -37,9 +38,10 @@ void LayerFit::add(const std::vector<Frame>& batch) {
                 }
                 if (!seen) continue;
                 frame.predictors(std::uint32_t(i), x.data());
-                equations_.add({sums_.data() + std::size_t(i) * equations_.size(), equations_.size()}, x.data(), y.data());
+                const double w = weight(std::size_t(i), x.data(), y.data());
+                equations_.add({sums_.data() + std::size_t(i) * equations_.size(), equations_.size()}, x.data(), y.data(), w);
                 if (apart)
-                    equations_.add({by_take_.data() + sparse_at(frame.take, std::size_t(sparse - sparse_.begin())), equations_.size()}, x.data(), y.data());
+                    equations_.add({by_take_.data() + sparse_at(frame.take, std::size_t(sparse - sparse_.begin())), equations_.size()}, x.data(), y.data(), w);
             }
         }
     });
@@ -65,6 +67,44 @@ void LayerFit::keep(const std::vector<std::uint32_t>& texels) {
     sums_.resize(texels_ * size);
     sparse_ = std::move(sparse);
     by_take_ = std::move(by_take);
+}
+
+double LayerFit::weight(std::size_t texel, const double* x, const double* y) const {
+    if (planes_.empty()) return 1;
+    double squares = 0;
+    for (int v = 0; v < values(); ++v) {
+        double left = y[v];
+        for (int k = 0; k < terms_; ++k) left -= double(planes_[std::size_t(v * terms_ + k) * texels_ + texel]) * x[k];
+        squares += left * left;
+    }
+    return 1 / std::sqrt(1 + squares / (scale_ * scale_));
+}
+
+void LayerFit::reweigh(std::vector<float> planes, int terms, double scale) {
+    assert(planes.size() == std::size_t(values() * terms) * texels_ && scale > 0);
+    planes_ = std::move(planes);
+    terms_ = terms;
+    scale_ = scale;
+    std::fill(sums_.begin(), sums_.end(), 0.0);
+    std::fill(by_take_.begin(), by_take_.end(), 0.0);
+}
+
+double LayerFit::typical_error(int terms, const std::vector<int>& degrees, const Ridge& ridge) const {
+    std::vector<double> errors;
+    std::vector<double> coefficients(static_cast<std::size_t>(terms));
+    for (const std::uint32_t texel : sparse_) {
+        if (equations_.count(sums(texel)) == 0) continue;
+        double squares = 0;
+        for (int v = 0; v < values(); ++v) {
+            equations_.solve(sums(texel), v, terms, degrees, ridge, coefficients.data());
+            squares += equations_.squared_error(sums(texel), v, terms, coefficients.data());
+        }
+        errors.push_back(std::sqrt(squares / equations_.count(sums(texel))));
+    }
+    if (errors.empty()) return 0;
+    const auto middle = errors.begin() + std::ptrdiff_t(errors.size() / 2);
+    std::nth_element(errors.begin(), middle, errors.end());
+    return *middle;
 }
 
 double LayerFit::left_out_error(int terms, const std::vector<int>& degrees, const Ridge& ridge) const {

@@ -29,7 +29,14 @@ public:
     double count(std::size_t texel) const { return sums_[texel * equations_.size()]; }
     void keep(const std::vector<std::uint32_t>& texels);  ///< drops all others; ascending
 
-    /// Mean squared error over texels, values and frames when each take in turn is left out of the fit; with one take only, of
+    /// Empties the sums. From here on a sample weighs 1 / sqrt(1 + e² / scale²), e its distance from what `planes` (as of solve, of the
+    /// first `terms` predictors) says: with every round of gathering and solving, least squares turns towards least distances
+    /// (iteratively reweighted least squares; Holland and Welsch 1977).
+    void reweigh(std::vector<float> planes, int terms, double scale);
+    /// Median over texels of the RMS distance that the fit itself leaves.
+    double typical_error(int terms, const std::vector<int>& degrees, const Ridge& ridge) const;
+
+    /// Mean weighted squared error over texels, values and frames when each take in turn is left out of the fit; with one take only, of
     /// the fit itself.
     double left_out_error(int terms, const std::vector<int>& degrees, const Ridge& ridge) const;
     /// Coefficients [value][term][texel].
@@ -37,6 +44,7 @@ public:
 
 private:
     std::span<const double> sums(std::size_t texel) const { return {sums_.data() + texel * equations_.size(), equations_.size()}; }
+    double weight(std::size_t texel, const double* x, const double* y) const;
     std::size_t sparse_at(int take, std::size_t k) const { return (std::size_t(take) * sparse_.size() + k) * equations_.size(); }
 
     NormalEquations equations_;
@@ -45,6 +53,9 @@ private:
     std::vector<double> sums_;                // [texel]
     std::vector<std::uint32_t> sparse_;       // texels that are also kept by take, ascending
     std::vector<double> by_take_;             // [take][sparse]
+    std::vector<float> planes_;               // that samples are weighed by; empty: all alike
+    int terms_ = 0;
+    double scale_ = 0;
 };
 
 /// Strengths with the least left-out error, one degree after the other: linear terms alone, then with the quadratic ones added, then

@@ -44,9 +44,7 @@ struct ModelOnClip::State {
           fine_target(model, high_pass_mm / texel_span(model.neutral, model.fine_domain, texels_of(model.neutral, model.fine_domain)), FineOver::scan),
           still(detail.parameters(model.neutral.positions)) {
         markers.neutral = shell.markers;
-        rest = shell.markers;
-        if (clip.neutral && clip.marker_sites.size() == shell.sites.size())
-            for (std::size_t m = 0; m < clip.marker_sites.size(); ++m) rest.row(Eigen::Index(m)) = clip.marker_sites[m].position(clip.neutral->positions).transpose();
+        rest = markers_at_rest(clip, shell.markers);
     }
 
     const model::FaceModel& face;
@@ -91,7 +89,7 @@ const model::DomainMap& ModelOnClip::domain(int layer) const { return layer == 0
 Result<ModelFrame> ModelOnClip::frame(std::int64_t frame) const {
     const State& s = *state_;
     MIEN_TRY(scan, s.clip.scans->read(frame, {true, true, has(2)}));
-    Points markers = head_space_markers(s.clip, frame, s.rest) - s.rest + s.shell.markers;
+    Points markers = head_space_markers(s.clip, frame, s.rest, s.shell.markers);
     if (!model::fill_missing_markers(s.markers, markers)) markers = s.shell.markers;
     ModelFrame out;
     out.base = s.face.neutral.positions;

@@ -49,14 +49,14 @@ NormalEquations::NormalEquations(int predictors, int values)
     size_ = yy_ + std::size_t(values);
 }
 
-void NormalEquations::add(std::span<double> sums, const double* x, const double* y) const {
+void NormalEquations::add(std::span<double> sums, const double* x, const double* y, double weight) const {
     double* at = sums.data();
-    *at++ += 1;
+    *at++ += weight;
     for (int i = 0; i < predictors_; ++i)
-        for (int j = i; j < predictors_; ++j) *at++ += x[i] * x[j];
+        for (int j = i; j < predictors_; ++j) *at++ += weight * x[i] * x[j];
     for (int v = 0; v < values_; ++v)
-        for (int i = 0; i < predictors_; ++i) *at++ += x[i] * y[v];
-    for (int v = 0; v < values_; ++v) *at++ += y[v] * y[v];
+        for (int i = 0; i < predictors_; ++i) *at++ += weight * x[i] * y[v];
+    for (int v = 0; v < values_; ++v) *at++ += weight * y[v] * y[v];
 }
 
 double NormalEquations::moment(std::span<const double> sums, int i, int j) const {

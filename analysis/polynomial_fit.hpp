@@ -18,8 +18,8 @@ struct Ridge {
     bool orthogonal = true;  ///< false: the paper's way, on the terms as they are
 };
 
-/// Sums of a least-squares problem: any number of predictors x (the first is the constant 1), any number of values y.
-/// Laid out flat, so that a million texels are one array: n; x x' (upper triangle by rows); x y' by value; y².
+/// Sums of a weighted least-squares problem: any number of predictors x (the first is the constant 1), any number of values y.
+/// Laid out flat, so that a million texels are one array: n, the sum of all weights; x x' (upper triangle by rows); x y' by value; y².
 class NormalEquations {
 public:
     NormalEquations(int predictors, int values);
@@ -28,7 +28,7 @@ public:
     int values() const { return values_; }
 
     /// Adds one sample to sums of size().
-    void add(std::span<double> sums, const double* x, const double* y) const;
+    void add(std::span<double> sums, const double* x, const double* y, double weight = 1) const;
     /// Least squares of value `value` on the first `terms` predictors: out[terms]. Predictors that the samples do not tell
     /// apart from earlier ones get 0. `degree[k]`: of predictor k (0, 1, 2, 3), for the ridge.
     void solve(std::span<const double> sums, int value, int terms, std::span<const int> degree, const Ridge& ridge, double* out) const;

@@ -6,6 +6,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "analysis/frame_values.hpp"
 #include "analysis/layer_fit.hpp"
 #include "analysis/texture_triangulation.hpp"
 #include "core/parallel.hpp"
@@ -19,9 +20,30 @@ constexpr int kGlobal = 5;
 constexpr int kFewest = 6;         // samples of a texel below which nothing is fitted there
 constexpr float kAtRest = 0.1f;    // mm RMS of the markers' offsets
 constexpr std::uint32_t kSkin = 1u << int(Surface::skin);
+constexpr std::size_t kKept = 375'000'000;  // bytes for each value of a texel: all four of the fine maps take 1.5 GB
+constexpr double kLeastScale = 1e-9;  // mm or albedo: what is explained exactly leaves nothing to weigh by
+
+/// A way to explain a layer: the first `terms` predictors of a kind.
+struct Way {
+    Predictors kind;
+    int terms;
+    std::vector<int> degrees() const { return kind == Predictors::polynomial ? polynomial_degrees() : linear_degrees(terms - 1); }
+};
+
+/// A layer on its way: what it is to explain, and its problems by way.
+struct LayerProblem {
+    FrameValues values;
+    std::vector<LayerFit> fits;
+    double scale = 0;   // of reweighing
+
+    void keep(const std::vector<std::uint32_t>& texels) {
+        values.keep(texels);
+        for (LayerFit& fit : fits) fit.keep(texels);
+    }
+};
 
 /// Drops texels of a domain that too few frames have seen.
-void drop_unseen(model::DomainMap& domain, std::vector<LayerFit*> fits) {
+void drop_unseen(model::DomainMap& domain, const std::vector<LayerProblem*>& layers) {
     std::vector<std::uint32_t> kept;
     model::DomainMap rest;
     rest.width = domain.width;
@@ -29,7 +51,7 @@ void drop_unseen(model::DomainMap& domain, std::vector<LayerFit*> fits) {
     for (const model::DomainMap::Run& run : domain.runs) {
         const auto begin = std::uint32_t(kept.size());
         for (std::uint32_t i = run.begin; i < run.end; ++i) {
-            if (fits.front()->count(i) < kFewest) continue;
+            if (layers.front()->fits.front().count(i) < kFewest) continue;
             kept.push_back(i);
             rest.place.push_back(domain.place[i]);
             rest.b1.push_back(domain.b1[i]);
@@ -37,7 +59,7 @@ void drop_unseen(model::DomainMap& domain, std::vector<LayerFit*> fits) {
         }
         if (kept.size() > begin) rest.runs.push_back({run.triangle, begin, std::uint32_t(kept.size())});
     }
-    for (LayerFit* fit : fits) fit->keep(kept);
+    for (LayerProblem* layer : layers) layer->keep(kept);
     domain = std::move(rest);
 }
 
@@ -55,23 +77,22 @@ public:
         if (model.medium_domain.size() == 0) return Error{ErrorCode::invalid, "no texel of the skin is near a marker"};
 
         // The medium layer first, then the fine one on what it leaves.
-        std::vector<LayerFit> medium = fits(3, model.medium_domain.size());
-        MIEN_CHECK(gather_medium(medium));
-        drop_unseen(model.medium_domain, pointers(medium));
-        if (model.medium_domain.size() == 0) return Error{ErrorCode::invalid, "the scans show no texel of the skin often enough"};
-        trained_.medium_ridge = finish(medium, model.medium, trained_.medium, trained_.medium_error);
-        medium.clear();
-
+        {
+            LayerProblem medium = problem(3, model.medium_domain.size());
+            MIEN_CHECK(solve({&medium}, model.medium_domain, options_.medium_rounds, [&] { return gather_medium(medium); }));
+            if (model.medium_domain.size() == 0) return Error{ErrorCode::invalid, "the scans show no texel of the skin often enough"};
+            trained_.medium_ridge = finish(medium, model.medium, trained_.medium);
+        }
         const auto where = domain_texels(model.fine_domain, make_texel_map(model.neutral, model.fine_domain.width, model.fine_domain.height, kSkin));
         trained_.high_pass_sigma = options_.high_pass_mm / texel_span(model.neutral, model.fine_domain, where);
-        std::vector<LayerFit> fine = fits(1, model.fine_domain.size());
-        std::vector<LayerFit> albedo = scans.has_albedo() ? fits(3, model.fine_domain.size()) : std::vector<LayerFit>{};
-        MIEN_CHECK(gather_fine(fine, albedo));
-        std::vector<LayerFit*> both = pointers(fine);
-        for (LayerFit* fit : pointers(albedo)) both.push_back(fit);
-        drop_unseen(model.fine_domain, both);
-        trained_.fine_ridge = finish(fine, model.fine, trained_.fine, trained_.fine_error);
-        if (!albedo.empty()) trained_.albedo_ridge = finish(albedo, model.albedo, trained_.albedo, trained_.albedo_error);
+        LayerProblem fine = problem(1, model.fine_domain.size());
+        std::optional<LayerProblem> albedo;
+        if (scans.has_albedo()) albedo = problem(3, model.fine_domain.size());
+        std::vector<LayerProblem*> both{&fine};
+        if (albedo) both.push_back(&*albedo);
+        MIEN_CHECK(solve(both, model.fine_domain, options_.rounds, [&] { return gather_fine(fine, albedo); }));
+        trained_.fine_ridge = finish(fine, model.fine, trained_.fine);
+        if (albedo) trained_.albedo_ridge = finish(*albedo, model.albedo, trained_.albedo);
         return std::move(trained_);
     }
 
@@ -89,13 +110,14 @@ private:
     /// Markers of all frames: base shape, axes, what the rivals need.
     Result<void> measure_markers() {
         model::DetailModel& model = trained_.model;
-        model.neutral = *clip_.neutral;
+        model.neutral = options_.neutral ? *options_.neutral : *clip_.neutral;
         model.sites = clip_.marker_sites;
         model.fixed = options_.fixed;
         model.marker_triangles = triangulate_over_texture(model.neutral, model.sites);
         if (model.marker_triangles.empty()) return Error{ErrorCode::invalid, "the markers span no triangle in texture space"};
         trained_.driver = std::make_shared<model::MarkerDriver>(model.neutral, model.sites, model.fixed, model.marker_triangles);
         const model::MarkerMesh& mesh = trained_.driver->mesh();
+        const Points rest = markers_at_rest(clip_, mesh.neutral);
         trained_.frames = clip_.markers->frames;
 
         DeformationMoments moments(mesh);
@@ -103,7 +125,7 @@ private:
         Eigen::MatrixXd offsets(3 * M, trained_.frames);
         trained_.deformation_scale.setZero();
         for (std::int64_t f = 0; f < trained_.frames; ++f) {
-            Points markers = head_space_markers(clip_, f, mesh.neutral);
+            Points markers = head_space_markers(clip_, f, rest, mesh.neutral);
             if (!model::fill_missing_markers(mesh, markers)) markers = mesh.neutral;
             markers_.push_back(markers);
             const model::Deformations S = trained_.driver->meter().measure(markers);
@@ -134,23 +156,20 @@ private:
         return {};
     }
 
-    std::vector<Predictors> kinds() const {
-        if (!options_.rivals) return {Predictors::polynomial};
-        return {Predictors::polynomial, Predictors::deformation, Predictors::global, Predictors::neutral};
-    }
-    int predictors(Predictors kind) const {
-        if (kind != Predictors::polynomial) return predictor_count(kind);
-        return model::term_count(options_.rivals ? PolynomialOrder::bicubic : options_.order);
-    }
-    std::vector<LayerFit> fits(int values, std::size_t texels) const {
-        std::vector<LayerFit> all;
-        for (const Predictors kind : kinds()) all.emplace_back(predictors(kind), values, texels, takes());
+    std::vector<Way> ways() const {
+        if (!options_.rivals) return {{Predictors::polynomial, model::term_count(options_.order)}};
+        std::vector<Way> all;
+        for (const auto order : {PolynomialOrder::linear, PolynomialOrder::biquadratic, PolynomialOrder::bicubic})
+            all.push_back({Predictors::polynomial, model::term_count(order)});
+        for (const Predictors rival : {Predictors::deformation, Predictors::global, Predictors::neutral}) all.push_back({rival, predictor_count(rival)});
         return all;
     }
-    static std::vector<LayerFit*> pointers(std::vector<LayerFit>& fits) {
-        std::vector<LayerFit*> all;
-        for (LayerFit& fit : fits) all.push_back(&fit);
-        return all;
+    /// The way that the model goes.
+    std::size_t own_way() const { return options_.rivals ? std::size_t(options_.order) - std::size_t(PolynomialOrder::linear) : 0; }
+    LayerProblem problem(int values, std::size_t texels) const {
+        LayerProblem layer{FrameValues(trained_.frames, values, texels, lanes(), kKept * std::size_t(values)), {}};
+        for (const Way& way : ways()) layer.fits.emplace_back(way.terms, values, texels, takes());
+        return layer;
     }
     int takes() const { return std::max(1, int(clip_.takes.size())); }
     int take_of(std::int64_t frame) const {
@@ -159,110 +178,133 @@ private:
         return take;
     }
 
-    /// Reads all scans a few at a time. prepare(frame, scan, predictors) runs in parallel; use(first, count) after each batch.
-    template <typename Prepare, typename Use>
-    Result<void> each_batch(const char* what, ScanParts parts, const Prepare& prepare, const Use& use) {
-        const std::int64_t at_once = 2 * std::int64_t(thread_count()), frames = trained_.frames;
-        for (std::int64_t first = 0; first < frames; first += at_once) {
-            const std::int64_t count = std::min(at_once, frames - first);
+    static std::int64_t lanes() { return 2 * std::int64_t(thread_count()); }
+
+    /// Adds all frames to the problems of some layers. What is not kept is read, a few frames at a time: measure(frame, lane, scan) writes
+    /// their values, in parallel.
+    template <typename Measure>
+    Result<void> gather(const char* what, ScanParts parts, const std::vector<LayerProblem*>& layers, const model::DomainMap& domain, const Measure& measure) {
+        const std::int64_t frames = trained_.frames;
+        for (std::int64_t first = 0; first < frames; first += lanes()) {
+            const std::int64_t count = std::min(lanes(), frames - first);
             std::vector<std::optional<Error>> errors(static_cast<std::size_t>(count));
             drives_.clear();
             drives_.resize(std::size_t(count));
             parallel_for(count, [&](std::int64_t i) {
-                auto scan = clip_.scans->read(first + i, parts);
-                if (!scan.ok()) {
-                    errors[std::size_t(i)] = scan.error();
-                    return;
-                }
                 drives_[std::size_t(i)] = std::make_unique<FramePredictors>(trained_, markers_[std::size_t(first + i)]);
-                prepare(i, *scan);
+                if (std::all_of(layers.begin(), layers.end(), [&](const LayerProblem* layer) { return layer->values.kept(first + i); })) return;
+                auto scan = clip_.scans->read(first + i, parts);
+                if (scan.ok())
+                    measure(first + i, i, *scan);
+                else
+                    errors[std::size_t(i)] = scan.error();
             });
             for (const auto& error : errors)
                 if (error) return *error;
-            use(first, count);
+            for (LayerProblem* layer : layers) add(*layer, domain, first, count);
             if (options_.progress) options_.progress(what, first + count, frames);
         }
         return {};
     }
 
-    /// Adds a batch whose values lie in `values`, one block of stride per frame, to the fits of one layer.
-    void add(std::vector<LayerFit>& fits, const model::DomainMap& domain, const std::vector<float>& values, std::size_t stride, std::int64_t first, std::int64_t count) {
+    /// Adds a batch of frames to the problems of a layer.
+    void add(LayerProblem& layer, const model::DomainMap& domain, std::int64_t first, std::int64_t count) {
         std::vector<std::uint32_t> triangle(domain.size());
         for (const auto& run : domain.runs) std::fill(triangle.begin() + run.begin, triangle.begin() + run.end, run.triangle);
-        for (std::size_t k = 0; k < fits.size(); ++k) {
-            const Predictors kind = kinds()[k];
+        const std::vector<Way> all = ways();
+        for (std::size_t k = 0; k < all.size(); ++k) {
+            const Way way = all[k];
             std::vector<LayerFit::Frame> batch;
             for (std::int64_t i = 0; i < count; ++i) {
-                if (kind == Predictors::neutral && !at_rest_[std::size_t(first + i)]) continue;
+                if (way.kind == Predictors::neutral && !at_rest_[std::size_t(first + i)]) continue;
                 const FramePredictors& drive = *drives_[std::size_t(i)];
-                const int n = predictors(kind);
-                batch.push_back({[&, n, kind](std::uint32_t texel, double* x) {
-                                     double all[model::kMaxTerms];
-                                     drive.at(kind, domain, triangle[texel], texel, all);
-                                     std::copy_n(all, n, x);
+                batch.push_back({[&, way](std::uint32_t texel, double* x) {
+                                     double every[model::kMaxTerms];
+                                     drive.at(way.kind, domain, triangle[texel], texel, every);
+                                     std::copy_n(every, way.terms, x);
                                  },
-                                 values.data() + std::size_t(i) * stride, take_of(first + i)});
+                                 layer.values.read(first + i, i), take_of(first + i)});
             }
-            fits[k].add(batch);
+            layer.fits[k].add(batch);
         }
     }
 
-    Result<void> gather_medium(std::vector<LayerFit>& fits) {
+    Result<void> gather_medium(LayerProblem& medium) {
         const model::DetailModel& model = trained_.model;
         const model::DomainMap& domain = model.medium_domain;
         const auto where = domain_texels(domain, make_texel_map(model.neutral, domain.width, domain.height, kSkin));
-        const std::size_t stride = 3 * domain.size();
-        std::vector<float> values(stride * 2 * std::size_t(thread_count()));
-        return each_batch("fitting the medium layer", {true, false, false},
-            [&](std::int64_t i, const Scan& scan) {
-                medium_target(scan.medium, model.neutral, domain, where, drives_[std::size_t(i)]->frame().base, values.data() + std::size_t(i) * stride);
-            },
-            [&](std::int64_t first, std::int64_t count) { add(fits, domain, values, stride, first, count); });
+        return gather("fitting the medium layer", {true, false, false}, {&medium}, domain, [&](std::int64_t frame, std::int64_t lane, const Scan& scan) {
+            medium_target(scan.medium, model.neutral, domain, where, drives_[std::size_t(lane)]->frame().base, medium.values.write(frame, lane));
+        });
     }
 
-    Result<void> gather_fine(std::vector<LayerFit>& fine, std::vector<LayerFit>& albedo) {
+    Result<void> gather_fine(LayerProblem& fine, std::optional<LayerProblem>& albedo) {
         const model::DetailModel& model = trained_.model;
         const model::DomainMap& domain = model.fine_domain;
         const FineTarget target(model, trained_.high_pass_sigma, options_.fine_over);
         trained_.fine_over = options_.fine_over;
-        const std::size_t n = domain.size();
-        std::vector<float> heights(n * 2 * std::size_t(thread_count())), colours(albedo.empty() ? 0 : 3 * heights.size());
-        return each_batch("fitting the fine layer", {options_.fine_over == FineOver::scan, true, !albedo.empty()},
-            [&](std::int64_t i, const Scan& scan) {
-                const model::DrivenFrame& frame = drives_[std::size_t(i)]->frame();
-                std::vector<float> medium(3 * model.medium_domain.size());
-                model::evaluate(model.medium, model.medium_domain, frame.parameters, medium.data());
-                target.compute(scan, frame.base, medium.data(), heights.data() + std::size_t(i) * n);
-                for (int c = 0; c < 3 && !albedo.empty(); ++c)
-                    for (std::size_t k = 0; k < n; ++k)
-                        colours[(3 * std::size_t(i) + std::size_t(c)) * n + k] = scan.albedo.values[3 * std::size_t(domain.place[k]) + std::size_t(c)];
-            },
-            [&](std::int64_t first, std::int64_t count) {
-                add(fine, domain, heights, n, first, count);
-                if (!albedo.empty()) add(albedo, domain, colours, 3 * n, first, count);
+        std::vector<LayerProblem*> layers{&fine};
+        if (albedo) layers.push_back(&*albedo);
+        return gather("fitting the fine layer", {options_.fine_over == FineOver::scan, true, albedo.has_value()}, layers, domain,
+            [&](std::int64_t at, std::int64_t lane, const Scan& scan) {
+                if (!fine.values.kept(at)) {
+                    const model::DrivenFrame& frame = drives_[std::size_t(lane)]->frame();
+                    std::vector<float> medium(3 * model.medium_domain.size());
+                    model::evaluate(model.medium, model.medium_domain, frame.parameters, medium.data());
+                    target.compute(scan, frame.base, medium.data(), fine.values.write(at, lane));
+                }
+                if (!albedo || albedo->values.kept(at)) return;
+                float* colours = albedo->values.write(at, lane);
+                for (std::size_t c = 0; c < 3; ++c)
+                    for (std::size_t k = 0; k < domain.size(); ++k) colours[c * domain.size() + k] = scan.albedo.values[3 * std::size_t(domain.place[k]) + c];
             });
     }
 
-    /// Strengths, the map of the asked order with its left-out error, and for a report all others.
-    Ridge finish(const std::vector<LayerFit>& fits, model::PolynomialMap& map, std::vector<FittedMap>& all, double& error) {
-        if (options_.progress) options_.progress("choosing strengths", 0, 0);
-        const std::vector<int> degrees = polynomial_degrees();
-        const LayerFit& polynomial = fits.front();
-        const int most = model::term_count(options_.rivals ? PolynomialOrder::bicubic : options_.order);
-        const Ridge ridge = options_.ridge ? *options_.ridge : choose_ridge(polynomial, most, degrees, takes());
-        map = model::PolynomialMap(polynomial.values(), options_.order, polynomial.texels());
-        map.planes = polynomial.solve(model::term_count(options_.order), degrees, ridge);
-        error = std::sqrt(polynomial.values() * polynomial.left_out_error(model::term_count(options_.order), degrees, ridge));
-        if (!options_.rivals) return ridge;
-        for (const auto order : {PolynomialOrder::linear, PolynomialOrder::biquadratic, PolynomialOrder::bicubic})
-            all.push_back({Predictors::polynomial, model::term_count(order), polynomial.values(), ridge, polynomial.solve(model::term_count(order), degrees, ridge)});
-        for (std::size_t k = 1; k < fits.size(); ++k) {
-            const Predictors kind = kinds()[k];
-            const std::vector<int> linear = linear_degrees(predictor_count(kind) - 1);
-            const Ridge own = kind == Predictors::neutral ? Ridge{} : options_.ridge ? *options_.ridge : choose_ridge(fits[k], predictor_count(kind), linear, takes());
-            all.push_back({kind, predictor_count(kind), fits[k].values(), own, fits[k].solve(predictor_count(kind), linear, own)});
+    /// Gathers layers of one domain, then `rounds` times anew with samples weighed by what the fit leaves of them.
+    template <typename Gather>
+    Result<void> solve(const std::vector<LayerProblem*>& layers, model::DomainMap& domain, int rounds, const Gather& gather_all) {
+        MIEN_CHECK(gather_all());
+        drop_unseen(domain, layers);
+        for (int round = 0; round < rounds; ++round) {
+            for (LayerProblem* layer : layers) reweigh(*layer);
+            MIEN_CHECK(gather_all());
         }
-        return ridge;
+        return {};
+    }
+
+    void reweigh(LayerProblem& layer) const {
+        const std::vector<Way> all = ways();
+        if (layer.scale == 0) {
+            const Way& own = all[own_way()];
+            const LayerFit& fit = layer.fits[own_way()];
+            layer.scale = std::max(kLeastScale, fit.typical_error(own.terms, own.degrees(), strengths(own, fit)));
+        }
+        for (std::size_t k = 0; k < all.size(); ++k)
+            layer.fits[k].reweigh(layer.fits[k].solve(all[k].terms, all[k].degrees(), strengths(all[k], layer.fits[k])), all[k].terms, layer.scale);
+    }
+
+    Ridge strengths(const Way& way, const LayerFit& fit) const {
+        if (way.kind == Predictors::neutral) return {};
+        return options_.ridge ? *options_.ridge : choose_ridge(fit, way.terms, way.degrees(), takes());
+    }
+
+    /// Strengths, the map of the asked order, and for a report all others.
+    Ridge finish(const LayerProblem& layer, model::PolynomialMap& map, std::vector<FittedMap>& fitted) const {
+        if (options_.progress) options_.progress("choosing strengths", 0, 0);
+        const std::vector<Way> all = ways();
+        Ridge chosen;
+        for (std::size_t k = 0; k < all.size(); ++k) {
+            const LayerFit& fit = layer.fits[k];
+            const Ridge ridge = strengths(all[k], fit);
+            std::vector<float> planes = fit.solve(all[k].terms, all[k].degrees(), ridge);
+            if (k == own_way()) {
+                chosen = ridge;
+                map = model::PolynomialMap(fit.values(), options_.order, fit.texels());
+                map.planes = planes;
+            }
+            if (options_.rivals) fitted.push_back({all[k].kind, all[k].terms, fit.values(), ridge, std::move(planes)});
+        }
+        return chosen;
     }
 
     const Clip& clip_;
@@ -275,20 +317,27 @@ private:
 
 }  // namespace
 
-Points head_space_markers(const Clip& clip, std::int64_t frame, PointsRef neutral_markers) {
+Points markers_at_rest(const Clip& clip, PointsRef neutral_markers) {
+    Points rest = neutral_markers;
+    if (clip.neutral && std::int64_t(clip.marker_sites.size()) == rest.rows())
+        for (std::size_t m = 0; m < clip.marker_sites.size(); ++m) rest.row(Eigen::Index(m)) = clip.marker_sites[m].position(clip.neutral->positions).transpose();
+    return rest;
+}
+
+Points head_space_markers(const Clip& clip, std::int64_t frame, PointsRef rest, PointsRef neutral_markers) {
     Points markers = clip.markers->frame(frame);
     if (!clip.head_pose.empty()) {
         apply_pose(clip.head_pose[std::size_t(frame)].inverse(), markers);
-        return markers;
+    } else {
+        Eigen::VectorXf weights(markers.rows());
+        Points there = markers;
+        for (Eigen::Index m = 0; m < markers.rows(); ++m) {
+            weights[m] = markers.row(m).allFinite() ? 1.0f : 0.0f;
+            if (weights[m] == 0) there.row(m).setZero();
+        }
+        apply_pose(fit_rigid(there, rest, weights), markers);
     }
-    Eigen::VectorXf weights(markers.rows());
-    Points there = markers;
-    for (Eigen::Index m = 0; m < markers.rows(); ++m) {
-        weights[m] = markers.row(m).allFinite() ? 1.0f : 0.0f;
-        if (weights[m] == 0) there.row(m).setZero();
-    }
-    apply_pose(fit_rigid(there, neutral_markers, weights), markers);
-    return markers;
+    return markers - rest + neutral_markers;
 }
 
 int predictor_count(Predictors kind) {

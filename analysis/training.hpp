@@ -34,7 +34,13 @@ struct TrainingOptions {
     /// orthogonal = false).
     std::optional<Ridge> ridge;
     model::PolynomialOrder order = model::PolynomialOrder::biquadratic;
+    /// What to train on instead of the clip's neutral mesh: the same on the grid that the model's decoders have it on, so that the maps mend
+    /// what the grid moves.
+    std::optional<Mesh> neutral;
     std::vector<std::uint32_t> fixed;  ///< vertices that follow the head pose alone: skull, neck ring
+    /// Rounds of weighing samples anew after least squares (0: the paper's way), of the medium layer and of fine layer and albedo. What
+    /// happens seldom and bends past a threshold, a wrinkle, then no longer leaves its shadow on a face at rest.
+    int medium_rounds = 1, rounds = 4;
     bool rivals = false;          ///< also fit all orders and rivals, for a report
     double reach_mm = 30;         ///< texels farther from every marker, along the skin, are left out
     FineOver fine_over = FineOver::scan;
@@ -56,8 +62,6 @@ struct TrainedModel {
     std::array<double, model::kDeformationSize> axis_energy{};  ///< Table 1 of the paper, cumulative
     Ridge medium_ridge, fine_ridge, albedo_ridge;
     model::TermMoments moments;   ///< of d1, d2 at every marker over the training frames: what coding the maps goes by
-    /// RMS of what the layers leave in frames that were left out of the fit, per texel: mm; albedo: of the three channels together.
-    double medium_error = 0, fine_error = 0, albedo_error = 0;
     std::int64_t frames = 0;
     double high_pass_sigma = 0;   ///< texels of the fine map
     FineOver fine_over = FineOver::scan;
@@ -68,12 +72,15 @@ struct TrainedModel {
     Eigen::Matrix<double, model::kDeformationSize, 1> deformation_scale;  ///< RMS of the components of S
 };
 
-/// Fits a face's detail from a clip with neutral, marker_sites, markers and scans (Ma et al. 2008, section 4). Frames are read
-/// twice, a few at a time. Errors: what is missing, by name; those of the scans.
+/// Fits a face's detail from a clip with neutral, marker_sites, markers and scans (Ma et al. 2008, section 4). Scans are read
+/// twice, a few at a time; of more frames than some hundred again in every round. Errors: what is missing, by name; those of the scans.
 Result<TrainedModel> train(const Clip& clip, const TrainingOptions& options);
 
-/// Markers of a frame in head space: the clip's pose removed, or one fitted to the neutral markers where the clip has none.
-Points head_space_markers(const Clip& clip, std::int64_t frame, PointsRef neutral_markers);
+/// Where a clip's markers are at rest: on its neutral mesh where it says where they sit, else where the model's, `neutral_markers`, are.
+Points markers_at_rest(const Clip& clip, PointsRef neutral_markers);
+/// Markers of a frame in the model's head space: the clip's pose removed, or one fitted to the markers at rest where the clip has none;
+/// then as far from the model's neutral markers as they were from rest.
+Points head_space_markers(const Clip& clip, std::int64_t frame, PointsRef rest, PointsRef neutral_markers);
 
 /// What fills predictors for the texels of one frame.
 class FramePredictors {

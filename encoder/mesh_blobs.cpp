@@ -40,4 +40,10 @@ Result<StoredMesh> store_mesh(Mesh mesh, float step, bool mirrored, BlobList& bl
     return stored;
 }
 
+Result<Mesh> mesh_as_stored(const Mesh& mesh, float step) {
+    BlobList blobs;
+    MIEN_TRY(stored, store_mesh(mesh, step, true, blobs));
+    return std::move(stored.mesh);
+}
+
 }  // namespace mien::encoder

@@ -27,4 +27,7 @@ struct StoredMesh {
 /// Packs a neutral mesh on a grid of `step` mm, from side to side where that is shorter. Errors: it lies too far from the origin.
 Result<StoredMesh> store_mesh(Mesh mesh, float step, bool mirrored, BlobList& blobs);
 
+/// The mesh that decoders will have of `mesh`; storing it in turn changes nothing more. Errors: as store_mesh.
+Result<Mesh> mesh_as_stored(const Mesh& mesh, float step);
+
 }  // namespace mien::encoder

@@ -6,6 +6,7 @@
 #include "core/environment_error.hpp"
 #include "core/parallel.hpp"
 #include "encoder/detail_encoder.hpp"
+#include "encoder/mesh_blobs.hpp"
 #include "encoder/still_picture.hpp"
 #include "io/clip_folder.hpp"
 #include "io/file.hpp"
@@ -22,7 +23,7 @@ namespace fs = std::filesystem;
 struct Request {
     std::string clip, output, order = "biquadratic", report;
     std::vector<std::string> on;
-    std::vector<double> ridge;
+    std::vector<double> ridge, coding_errors;
     double reach = 30, high_pass = 4, most_kilobytes = 0;
     std::int64_t every = 1;
     int threads = 0;
@@ -40,6 +41,7 @@ analysis::TrainingOptions training_options(const Request& request, const Clip& c
         options.axes.smoothing = analysis::AxisSmoothing::paper;
         options.fine_over = analysis::FineOver::model;
         options.ridge = analysis::Ridge{1e-6, 1e-6, 1e-6, false};
+        options.medium_rounds = options.rounds = 0;
     }
     if (!request.ridge.empty()) {
         if (!options.ridge) options.ridge.emplace();
@@ -106,12 +108,21 @@ Result<int> train(const Request& request) {
     const Clip& clip = loaded.clip;
     // Before the long work: is there a place to write to?
     io::OutputFile file(output, request.overwrite);
+    encoder::DetailOptions coding;
     analysis::TrainingOptions options = training_options(request, clip);
     options.progress = progress;
+    if (clip.neutral) {
+        MIEN_TRY(neutral, encoder::mesh_as_stored(*clip.neutral, coding.mesh_step));
+        options.neutral = std::move(neutral);
+    }
     MIEN_TRY(trained, analysis::train(clip, options));
     if (!request.report.empty()) MIEN_CHECK(write_report(request, trained, clip, progress));
-    encoder::DetailOptions coding;
     coding.progress = progress;
+    if (!request.coding_errors.empty()) {
+        coding.medium = request.coding_errors[0];
+        coding.fine = request.coding_errors[1];
+        coding.albedo = request.coding_errors[2];
+    }
     coding.most_bytes = std::size_t(request.most_kilobytes * 1000);
     std::optional<Image> picture;
     if (clip.texture) {
@@ -150,6 +161,8 @@ void add_train(CLI::App& mien, int& code) {
     command->add_option("--reach", request->reach, "Skin farther from every marker than this has no detail, mm")->check(above_zero())->capture_default_str();
     command->add_option("--high-pass", request->high_pass, "Width of what the medium layer is left to carry, mm")->check(above_zero())->capture_default_str();
     command->add_option("--kbytes", request->most_kilobytes, "Largest size of the model, kB: its error grows until it fits")->check(above_zero());
+    command->add_option("--coding-error", request->coding_errors, "RMS that storing may add to the medium layer (mm), the fine one (mm) and albedo (linear, 0 to 1) (default: 0.02,0.002,0.0008)")
+        ->delimiter(',')->expected(3)->check(above_zero());
     command->add_option("--report", request->report, "Folder for figures, tables and error maps; also fits and measures other orders and two rivals");
     command->add_option("--on", request->on, "Clips with scans that were not trained on, for the report")->check(CLI::ExistingPath);
     command->add_option("--every", request->every, "Measure only every N-th frame")->check(above_zero())->capture_default_str();

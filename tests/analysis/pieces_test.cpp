@@ -3,7 +3,9 @@
 #include <numbers>
 #include <random>
 
+#include "analysis/frame_values.hpp"
 #include "analysis/high_pass.hpp"
+#include "analysis/layer_fit.hpp"
 #include "analysis/texture_triangulation.hpp"
 #include "tests/analysis/sheets.hpp"
 
@@ -63,6 +65,58 @@ TEST(NormalEquations, WhatSamplesDoNotTellApartIsZero) {
     EXPECT_EQ(out[2], 0);
     EXPECT_EQ(out[4], 0);
     EXPECT_EQ(out[5], 0);
+}
+
+TEST(NormalEquations, AWeightCountsAsSoManySamples) {
+    const NormalEquations equations(3, 2);
+    std::vector<double> weighted(equations.size()), repeated(equations.size());
+    for (int i = 0; i < 5; ++i) {
+        const double x[] = {1, 0.3 * i, 1 - 0.1 * i * i}, y[] = {2.0 - i, 0.5 * i};
+        equations.add(weighted, x, y, 3);
+        for (int again = 0; again < 3; ++again) equations.add(repeated, x, y);
+    }
+    for (std::size_t i = 0; i < weighted.size(); ++i) EXPECT_NEAR(weighted[i], repeated[i], 1e-12);
+}
+
+/// One texel over 40 frames of a line in x, but every fourth frame has something on top that no line explains.
+TEST(LayerFit, WeighedAnewItFollowsWhatMostFramesSay) {
+    std::vector<float> values(40);
+    std::vector<LayerFit::Frame> frames;
+    for (int f = 0; f < 40; ++f) {
+        values[std::size_t(f)] = 0.5f + 0.2f * float(f % 7) + (f % 4 == 0 ? 1.0f + 0.1f * float(f % 3) : 0.001f * float(f % 2));
+        frames.push_back({[f](std::uint32_t, double* x) { x[0] = 1, x[1] = f % 7; }, values.data() + f, 0});
+    }
+    const std::vector<int> degrees = linear_degrees(1);
+    LayerFit fit(2, 1, 1, 1);
+    fit.add(frames);
+    const double typical = fit.typical_error(2, degrees, {});
+    EXPECT_NEAR(typical, std::sqrt(fit.left_out_error(2, degrees, {})), 1e-12) << "one texel is its own median; one take is left in";
+    std::vector<float> planes = fit.solve(2, degrees, {});
+    EXPECT_GT(planes[0], 0.65f) << "least squares gives a share to all frames";
+    for (int round = 0; round < 8; ++round) {
+        fit.reweigh(planes, 2, 0.01);
+        fit.add(frames);
+        planes = fit.solve(2, degrees, {});
+    }
+    EXPECT_NEAR(planes[0], 0.5, 0.01);
+    EXPECT_NEAR(planes[1], 0.2, 0.01);
+}
+
+TEST(FrameValues, KeepsTheFirstFramesAsFarAsTheyFitAndDropsTexels) {
+    FrameValues values(5, 2, 3, 2, 2 * 2 * 3 * sizeof(float) + 1);
+    for (std::int64_t frame = 0; frame < 5; ++frame) {
+        EXPECT_FALSE(values.kept(frame));
+        float* place = values.write(frame, frame % 2);
+        for (int i = 0; i < 6; ++i) place[i] = float(10 * frame + i);
+        EXPECT_EQ(values.kept(frame), frame < 2);
+        EXPECT_EQ(values.read(frame, frame % 2)[5], float(10 * frame + 5));
+    }
+    values.keep({0, 2});
+    const float* second = values.read(1, 0);
+    EXPECT_EQ(std::vector<float>(second, second + 4), (std::vector<float>{10, 12, 13, 15}));
+    EXPECT_FALSE(values.kept(2));
+    values.write(2, 0)[3] = 7;
+    EXPECT_EQ(values.read(2, 0)[3], 7);
 }
 
 TEST(DeformationAxes, AlignedFramesRunAlikeHaveUnitPowerAndKeepTheirPlanes) {

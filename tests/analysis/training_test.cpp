@@ -120,6 +120,34 @@ TEST(Training, FewFramesStayFinite) {
     EXPECT_FALSE(train(clip, {}).ok()) << "no texel is seen often enough";
 }
 
+TEST(Training, OnTheMeshOfItsDecodersTheMapsMendWhatTheGridMoves) {
+    Clip clip = sheet_clip(40);
+    Known known = known_model(clip);
+    clip.scans = std::make_shared<ModelScans>(clip, known.model, known.driver);
+    Mesh coarse = *clip.neutral;
+    coarse.positions = (2 * coarse.positions.array()).round().matrix() / 2;
+    TrainingOptions options;
+    options.ridge = Ridge{};
+    options.neutral = coarse;
+    const auto trained = train(clip, options);
+    ASSERT_TRUE(trained.ok()) << trained.error().message;
+    const Points rest = markers_at_rest(clip, trained->driver->mesh().neutral);
+    const auto where = domain_texels(trained->model.medium_domain, make_texel_map(coarse, kSize, kSize));
+    const std::size_t n = where.size();
+    std::vector<float> left(3 * n), told(3 * n);
+    double squares = 0;
+    for (std::int64_t f = 0; f < 40; ++f) {
+        const model::DrivenFrame driven = trained->driver->drive(head_space_markers(clip, f, rest, trained->driver->mesh().neutral), trained->model.axes);
+        const Scan scan = *clip.scans->read(f, {true, false, false});
+        medium_target(scan.medium, coarse, trained->model.medium_domain, where, driven.base, left.data());
+        model::evaluate_plain(trained->model.medium, trained->model.medium_domain, driven.parameters, told.data());
+        for (std::size_t i = 0; i < 3 * n; ++i) squares += double((left[i] - told[i]) * (left[i] - told[i]));
+    }
+    const double grid = double((coarse.positions - clip.neutral->positions).squaredNorm()) / double(coarse.positions.rows());
+    EXPECT_GT(std::sqrt(grid), 0.1) << "mm that vertices are moved";
+    EXPECT_LT(std::sqrt(squares / (40.0 * double(n))), 0.2 * std::sqrt(grid));
+}
+
 TEST(Training, SaysWhatIsMissing) {
     Clip clip = sheet_clip(8);
     auto result = train(clip, {});

@@ -9,6 +9,7 @@
 #include "core/parallel.hpp"
 #include "decoder/detail_decoder.hpp"
 #include "encoder/detail_encoder.hpp"
+#include "encoder/mesh_blobs.hpp"
 #include "protocol/messages.hpp"
 #include "samples/markers.hpp"
 #include "samples/performance_training.hpp"
@@ -127,6 +128,7 @@ TEST(FullSize, MeetsItsBarsOnUnseenFramesOfAScannerWithNoise) {
     training.takes = session.takes;
     analysis::TrainingOptions options;
     options.fixed = actor->rigid_vertices();
+    options.neutral = *encoder::mesh_as_stored(*training.neutral, encoder::DetailOptions().mesh_step);   // as mien train does
     const auto trained = analysis::train(training, options);
     ASSERT_TRUE(trained.ok()) << trained.error().message;
     const auto spoken = samples::speak(samples::kDefaultText);
