@@ -48,9 +48,10 @@ void DecodeThread::start(std::int64_t first_frame) {
     changed_.notify_all();
 }
 
-void DecodeThread::seek(double seconds, const std::function<void()>& quiet) {
+void DecodeThread::seek(double seconds, const std::function<void()>& quiet, std::optional<std::uint64_t> slots) {
     const std::scoped_lock lock(sound_mutex_, mutex_);
     if (quiet) quiet();
+    if (slots) select(*slots);
     generation_ = source_.seek(seconds);
     buffer_.clear();
     starved_ = true;

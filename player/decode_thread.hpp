@@ -31,8 +31,9 @@ public:
     /// Begins where the source does; frames before `first_frame` are left out.
     void start(std::int64_t first_frame = 0);
     /// Goes on from `seconds`: everything decoded is dropped. Between the last block of sound from before and the first from
-    /// after, `quiet` is called: the place to empty what the sink has filled.
-    void seek(double seconds, const std::function<void()>& quiet = {});
+    /// after, `quiet` is called: the place to empty what the sink has filled. With `slots`, these are given from there on, and nothing of them
+    /// is looked for in what was on its way.
+    void seek(double seconds, const std::function<void()>& quiet = {}, std::optional<std::uint64_t> slots = {});
     /// Which frame the clock is at; the decoder gives up groups that fall behind it. Negative: never give up.
     void set_due(std::int64_t frame) { due_ = frame; }
 

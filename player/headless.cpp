@@ -57,7 +57,7 @@ private:
     Result<void> open();
     Result<PlayFrame> next_frame();
     bool over(const Result<PlayFrame>& frame) const;
-    void go_to(std::int64_t frame);
+    void go_to(std::int64_t frame, std::optional<std::uint64_t> slots = {});
     Result<PlayFrame> frame_at(std::int64_t frame);
     Result<void> make_picture();
     Result<Sound> fetch_sound();
@@ -102,6 +102,7 @@ Result<void> HeadlessRun::open() {
     wanted.source.refine = false;
     if (options_.model_kb) wanted.source.start_bytes = std::uint64_t(std::llround(1000 * *options_.model_kb));
     wanted.source.max_reconnects = 8;
+    wanted.source.max_attempts = options_.attempts;
     wanted.source.on_status = [](const net::SourceStatus& status) {
         if (status.state == net::SourceState::reconnecting)
             fmt::print(stderr, "mien-play: connection lost, reconnecting ({})\n", status.reason);
@@ -118,6 +119,8 @@ Result<void> HeadlessRun::open() {
     MIEN_TRY(session, open_session(options_.input, std::move(wanted)));
     session_ = std::move(session);
     const StreamModel& stream = *session_.stream;
+    if (stream.model.neutral.vertex_count() == 0)
+        return Error{ErrorCode::missing, "this stream moves weights without a face: there is nothing to draw. mien decode gives its weights"};
     const double rate = stream.frame_rate.value();
     if (stream.live) {
         if (!options_.sheet.empty() || !options_.compare.empty() || options_.benchmark || options_.first_frame || options_.time > 0)
@@ -219,9 +222,9 @@ Result<void> HeadlessRun::make_live() {
 }
 
 /// Reads from `frame` on. What has not begun yet is begun where the source is, so that nothing is read twice.
-void HeadlessRun::go_to(std::int64_t frame) {
+void HeadlessRun::go_to(std::int64_t frame, std::optional<std::uint64_t> slots) {
     if (!std::exchange(begun_, true) && !options_.first_frame && frame == first_) return session_.decode->start(frame);
-    session_.decode->seek(double(frame) / session_.stream->frame_rate.value());
+    session_.decode->seek(double(frame) / session_.stream->frame_rate.value(), {}, slots);
 }
 
 Result<PlayFrame> HeadlessRun::frame_at(std::int64_t frame) {
@@ -335,23 +338,24 @@ Result<Sound> HeadlessRun::fetch_sound() {
     if (stopped()) return kStopped;
     if (session_.source->status().state == net::SourceState::failed)
         return Error{ErrorCode::unavailable, session_.source->status().reason};
-    session_.decode->select(stream.slots() & ~(std::uint64_t(1) << stream.sound_slot));
     return sound_.between(start, std::clamp(sound_.end(), start, end));
 }
 
 Result<void> HeadlessRun::make_movie() {
     const Rational own = session_.stream->frame_rate;
     media::VideoWriter::Movie wanted;
+    std::optional<std::uint64_t> pictures;   // what is asked for once the sound is there
     if (session_.stream->sound) {
         MIEN_TRY(sound, fetch_sound());
         if (!sound.samples.empty()) wanted.sound = std::move(sound);
+        pictures = session_.stream->slots() & ~(std::uint64_t(1) << session_.stream->sound_slot);
     }
     movie_ = media::VideoWriter::movie(options_.output, options_.width * (truth_ ? 2 : 1), options_.height,
                                        options_.frame_rate.value_or(own), std::move(wanted));
     render::Target target(options_.width, options_.height, render::live_smoothing());
     if (truth_) likeness_.emplace(options_.width, options_.height);
 
-    go_to(first_);
+    go_to(first_, pictures);
     std::size_t moment = 0;
     for (std::int64_t next = first_; next < end_;) {
         const double start = steady_seconds();

@@ -85,7 +85,7 @@ int main(int argc, char** argv) {
     app.add_option("--seconds", options.seconds, "headless: how much of a live stream (default 10)")->check(CLI::Range(0.05, 86400.0));
     app.add_option("--fps", fps, "frame rate of the .mp4, as 25 or 30000/1001");
     app.add_option("--cache", cache, "folder for blobs kept between runs, or none");
-    app.add_option("--wait", options.wait, "seconds to wait for the stream")->check(CLI::PositiveNumber);
+    auto* wait = app.add_option("--wait", options.wait, "seconds to wait for the server and the stream (default: a few tries)")->check(CLI::PositiveNumber);
     app.add_flag("--loop", options.loop, "start again at the end");
     app.add_flag("--pause", options.paused, "begin paused");
     app.add_option("--speed", options.speed, "speed to play at; the pitch of the sound goes with it")->check(CLI::Range(0.25, 4.0));
@@ -110,6 +110,7 @@ int main(int argc, char** argv) {
     }
 
     options.sound = !no_sound;
+    if (wait->count() > 0) options.attempts = -1;
     options.delay = delay / 1000;
     options.volume = volume / 100;
     options.texture.automatic = texture_rung == "auto" || (texture_rung.empty() && !options.texture.kbps && !options.headless);

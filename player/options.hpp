@@ -40,6 +40,7 @@ struct Options {
     TextureChoice texture;
     std::optional<double> model_kb;                      ///< of the face model before playing begins, 1000 bytes; none: all without a window, else what it cannot do without
     double wait = 20;                                    ///< seconds to wait for the stream to be ready
+    int attempts = 4;                                    ///< connections tried before the first has worked; -1: as many as the wait allows
 };
 
 /// Before anything is opened: see io::guard_outputs.

@@ -58,6 +58,7 @@ Opened open_stream(const Options& options, std::string input, std::shared_ptr<st
     wanted.motion_rungs = options.motion_rung + 1;
     wanted.texture = options.texture;
     wanted.wait = options.wait;
+    wanted.source.max_attempts = options.attempts;
     wanted.delay = options.delay;
     wanted.give_up = [cancelled] { return cancelled->load(); };
     Opened opened;

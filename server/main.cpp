@@ -44,7 +44,7 @@ int main(int argc, char** argv) {
     std::string folder;
     bool quiet = false;
     app.add_option("folder", folder, "Folder with *.mien files; new files are served as they appear. May be empty with --publish")->required();
-    app.add_option("--port", options.port, "TCP port; 0 picks a free one")->capture_default_str();
+    app.add_option("--port", options.port, "TCP port; 0 picks a free one")->capture_default_str()->check(CLI::Range(0, 65535));
     app.add_option("--bind", options.bind, "Address to listen on; 0.0.0.0 or :: serves the whole network")->capture_default_str();
     app.add_option("--max-viewers", options.max_viewers, "Viewers at one time")->capture_default_str()->check(CLI::Range(1, 1000000));
     app.add_flag("--publish", options.publish, "Take live streams (mien live) from programs on this machine");
