@@ -39,7 +39,7 @@ Result<Rational> parse_rational(std::string_view text) {
     const Error error{ErrorCode::invalid, "'" + std::string(text) + "' is not a positive number or fraction such as 30 or 30000/1001"};
     std::int64_t num = -1;
     std::int64_t den = 1;
-    if (const auto slash = text.find('/'); slash != text.npos) {
+    if (const auto slash = text.find_first_of("/:"); slash != text.npos) {   // ffmpeg writes both
         num = parse_term(text.substr(0, slash));
         den = parse_term(text.substr(slash + 1));
     } else if (const auto point = text.find('.'); point != text.npos) {

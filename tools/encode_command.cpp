@@ -198,7 +198,7 @@ void add_encode(CLI::App& mien, int& code) {
         ->check(CLI::ExistingFile);
     auto* rms = command->add_option("--rms", request->rms, "Motion error to meet, RMS, mm (default 0.1; weights: 0.005); may be given with --peak")->check(motion_error());
     auto* peak = command->add_option("--peak", request->peak, "Motion error to meet, largest of all points and frames, mm (default: 10 times the RMS error)")->check(motion_error());
-    auto* rate = command->add_option("--motion-kbps", request->motion_kbps, "Bits for motion instead of an error, kbit/s")->check(number_from(0.001, 1e6));
+    auto* rate = command->add_option("--motion-kbps", request->motion_kbps, "Bits for motion instead of an error, kbit/s: basis, probabilities and coefficients over the clip's length")->check(number_from(0.001, 1e6));
     rms->excludes(rate);
     peak->excludes(rate);
     command->add_option("--rungs", request->rungs, "Rungs of motion: the highest keeps the asked error, each lower one twice that of the next")

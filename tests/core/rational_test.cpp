@@ -8,6 +8,7 @@ namespace {
 TEST(Rational, ParsesWholeDecimalAndFraction) {
     EXPECT_EQ(*parse_rational("30"), (Rational{30, 1}));
     EXPECT_EQ(*parse_rational("30000/1001"), (Rational{30000, 1001}));
+    EXPECT_EQ(*parse_rational("30000:1001"), (Rational{30000, 1001}));
     EXPECT_EQ(*parse_rational("29.97"), (Rational{2997, 100}));
     EXPECT_EQ(*parse_rational("60.0"), (Rational{60, 1}));
 }
