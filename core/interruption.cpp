@@ -40,6 +40,7 @@ void end_in_order(std::function<void()> say) {
         if (signal != SIGHUP || !sigismember(&ignored, signal)) sigaddset(&signals, signal);
     }
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+    ::signal(SIGXFSZ, SIG_IGN);   // a file beyond the shell's limit is then a failed write, which is said and cleaned up after
     for (const int signal : {SIGINT, SIGTERM})
         if (sigismember(&ignored, signal)) ::signal(signal, SIG_DFL);   // blocked, and to be waited for
     std::thread([signals, ignored, say = std::move(say)] {

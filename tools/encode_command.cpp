@@ -102,6 +102,8 @@ Result<encoder::StreamOptions> stream_options(const Request& request, const Clip
 void warn_of_unused(const Request& request, const Clip& clip, const encoder::StreamOptions& options) {
     if (request.texture_asked && options.texture && !clip.texture) warn("the clip has no texture, so what was asked of it is not used");
     if (request.texture_asked && request.no_texture) warn("the texture is left out, so what was asked of it is not used");
+    if (options.motion.kind == protocol::MotionKind::weights && clip.neutral && clip.blendshapes.empty() && !options.model)
+        warn("the weights have no target shapes (blendshapes of clip.json), so they will not move the face");
     if (request.sound_asked && (request.no_sound || !clip.sound)) warn("there is no sound to encode, so what was asked of it is not used");
 }
 

@@ -279,6 +279,11 @@ does "$mien" encode talk -o driven.mien --model actor.model --rms 0.1
 does "$mien" verify driven.mien talk --max-rms 0.1
 [[ $("$mien" info driven.mien --json | jq -r .model) == $("$mien" info actor.model --json | jq -r .model) ]] || complain "a driven stream has another model than the file"
 does "$bin/mien-play" --headless driven.mien -o driven.png --size 160x160
+mkdir faceless && echo '{"weights": "w.npy", "fps": 30}' >faceless/clip.json && cp talk/weights.npy faceless/w.npy
+does "$mien" encode faceless -o faceless.mien
+refuses "without a face" "$bin/mien-play" --headless faceless.mien -o faceless.png
+does "$mien" encode talk -o unmoved.mien --motion weights
+grep -q "no target shapes" log.txt || complain "weights that move nothing are not warned of"
 refuses "60 markers, but the clip has 40" "$mien" encode clip -o bad.mien --model actor.model
 refuses "is a stream" "$mien" encode talk -o bad.mien --model driven.mien
 does "$mien" evaluate actor.model session --every 3 --json
