@@ -17,7 +17,7 @@ struct DetailOptions {
     /// The defaults are far below what a face scanner resolves and what is seen.
     double medium = 0.02, fine = 0.002, albedo = 0.0006;
     std::size_t most_bytes = 0;   ///< of all blobs; all three errors grow alike until it is kept. 0: no bound
-    int stages = 4;               ///< of each map: every one halves its step; 1 .. coding::kMaxStages
+    int stages = 5;               ///< of each map: every one halves its step; 1 .. coding::kMaxStages
     float mesh_step = 1.0f / 32;  ///< grid of the neutral positions, mm
     const Image* picture = nullptr;  ///< colours all that the albedo map does not; null: none
     Progress progress;

@@ -119,7 +119,7 @@ TEST(DetailCodec, MoreRefinementsBringItNearer) {
             ++steps;
         }
     }
-    EXPECT_EQ(steps, 10) << "first stages of all three, then three refinements of each";
+    EXPECT_EQ(steps, 13) << "first stages of all three, then four refinements of each";
     // A hole in the middle of a map's refinements: what lies behind it waits.
     const auto third = std::find_if(coded->blobs.rbegin(), coded->blobs.rend(), [](const auto& b) { return b.kind == protocol::BlobKind::refinement && b.bytes[0] == std::byte{2}; });
     part = whole;
