@@ -65,7 +65,7 @@ TEST_F(Remap, TheSameMarkersGiveTheSameFaceAndAlmostNothingToFetch) {
     std::size_t fresh = 0;
     for (const auto& blob : same->blobs)
         if (std::none_of(model.blobs.begin(), model.blobs.end(), [&](const auto& old) { return old.hash == blob.hash; })) fresh += blob.bytes.size();
-    EXPECT_LT(fresh, 1000u);
+    EXPECT_LT(fresh, 1100u);   // a manifest, which names every stage, and where the markers are
     EXPECT_LE(same->blobs.size(), model.blobs.size() + 1);
 }
 
