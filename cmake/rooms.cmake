@@ -43,7 +43,10 @@ function(mien_test name)
         MIEN_SOURCE_DIR="${PROJECT_SOURCE_DIR}" MIEN_BINARY_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
     add_test(NAME ${name} COMMAND test_${name})
     if(NOT TEST_TIMEOUT)
-        set(TEST_TIMEOUT 1800)   # against hanging only: the thread sanitizer takes tens of times as long
+        set(TEST_TIMEOUT 600)
+        if(MIEN_SANITIZE STREQUAL "thread")
+            set(TEST_TIMEOUT 1800)   # it takes tens of times as long
+        endif()
     endif()
     set_tests_properties(${name} PROPERTIES TIMEOUT ${TEST_TIMEOUT})
 endfunction()

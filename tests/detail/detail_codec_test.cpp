@@ -7,6 +7,7 @@
 #include "core/parallel.hpp"
 #include "decoder/detail_decoder.hpp"
 #include "encoder/detail_encoder.hpp"
+#include "encoder/mesh_blobs.hpp"
 #include "protocol/messages.hpp"
 #include "tests/detail/small_model.hpp"
 
@@ -96,6 +97,20 @@ TEST(DetailCodec, CodesAnyOrderAndModelsOfFewerLayers) {
         ASSERT_NE(found, back->fine_domain.place.end());
         EXPECT_NEAR(back->fine.plane(0, 0)[found - back->fine_domain.place.begin()], middle, 10 * kOptions.fine);
     }
+}
+
+/// What training goes by: it is the mesh of the decoders to the bit.
+TEST(DetailCodec, AMeshAsStoredIsStoredAsItIs) {
+    const SmallModel small;
+    const float step = kOptions.mesh_step;
+    const auto once = encoder::mesh_as_stored(small.model.neutral, step);
+    ASSERT_TRUE(once.ok()) << once.error().message;
+    EXPECT_NE(once->positions, small.model.neutral.positions);
+    EXPECT_LE((once->positions - small.model.neutral.positions).cwiseAbs().maxCoeff(), 0.5001f * step);
+    const auto again = encoder::mesh_as_stored(*once, step);
+    ASSERT_TRUE(again.ok()) << again.error().message;
+    EXPECT_EQ(again->positions, once->positions);
+    EXPECT_EQ(again->texcoords, once->texcoords);
 }
 
 TEST(DetailCodec, MoreRefinementsBringItNearer) {
