@@ -138,10 +138,8 @@ Result<EncodedStream> encode_stream(const Clip& clip, const StreamOptions& optio
         Track track{TrackKind::texture, "texture", clip.frame_rate.inverse(), texture.info, {}};
         for (EncodedTextureRung& encoded : texture.rungs) {
             if (encoded.asked_kbps && std::abs(encoded.kbps / *encoded.asked_kbps - 1) > kNoticeable)
-                out.warnings.push_back(fmt::format("the texture takes {:.0f} kbit/s where {:.4g} were asked: {} {} of {} x {} texels", encoded.kbps,
-                                                   *encoded.asked_kbps, texture.codec,
-                                                   encoded.kbps > *encoded.asked_kbps ? "does not go lower with pictures" : "does not go higher with pictures",
-                                                   encoded.width, encoded.height));
+                out.warnings.push_back(fmt::format("the texture takes {:.0f} kbit/s where {:.4g} were asked: {} came no nearer with pictures of {} x {} texels",
+                                                   encoded.kbps, *encoded.asked_kbps, texture.codec, encoded.width, encoded.height));
             Rung rung;
             rung.codec = texture.codec;
             rung.codec_config = std::move(encoded.codec_config);
