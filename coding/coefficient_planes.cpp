@@ -10,7 +10,7 @@
 namespace mien::coding {
 namespace {
 
-// Of the format (docs/format-model.md).
+// Of the format (docs/format-detail.md).
 constexpr int kLevels = 10;          // of the energy around a coefficient
 constexpr int kFewLevels = 6;
 constexpr int kBands = 28;           // three for each of the 9 levels of a 4096 map, and the low band

@@ -10,7 +10,7 @@ namespace mien::coding {
 
 /// Quantised wavelet coefficients of several maps over one mask, coded bit plane by bit plane: stage 0 holds all magnitudes without
 /// their lowest stages - 1 bits, every further stage one more bit of each. A coefficient's chances are learnt from what is known of those around
-/// it, of its parent and of the other planes at its place. docs/format-model.md gives the bytes.
+/// it, of its parent and of the other planes at its place. docs/format-detail.md gives the bytes.
 class CoefficientPlanes {
 public:
     CoefficientPlanes(const MaskedWavelet& wavelet, int planes);

@@ -11,7 +11,7 @@
 namespace mien::coding {
 namespace {
 
-// Of the format (docs/format-model.md).
+// Of the format (docs/format-detail.md).
 constexpr int kWeights = 4096;
 constexpr std::int64_t kMaxWeight = 16 * kWeights;  // sites of a little outside their triangle
 constexpr int kMantissa = 12;                       // bits

@@ -8,7 +8,7 @@
 #include "core/hash.hpp"
 #include "core/result.hpp"
 
-/// What a detail model has beside its maps, as bytes. docs/format-model.md gives them.
+/// What a detail model has beside its maps, as bytes. docs/format-detail.md gives them.
 namespace mien::coding {
 
 inline constexpr std::uint32_t kMaxDetailMarkers = 4096;  // facial capture has some hundreds

@@ -11,7 +11,7 @@
 namespace mien::coding {
 namespace {
 
-// Of the format (docs/format.md).
+// Of the format (docs/format-model.md).
 constexpr std::uint32_t kMaxMarkers = 1u << 16;
 constexpr std::uint32_t kMaxTargets = 4096;
 constexpr std::size_t kMaxTargetName = 256;

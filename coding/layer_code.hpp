@@ -8,7 +8,7 @@
 #include "core/hash.hpp"
 #include "core/result.hpp"
 
-/// Layers of a face model beside its mesh, as bytes. docs/format.md gives them.
+/// Layers of a face model beside its mesh, as bytes. docs/format-model.md gives them.
 namespace mien::coding {
 
 /// Sparse rows of shares: row j mixes the points `columns` by `shares` (Guenter et al. 1998: the blend coefficients a_jk).

@@ -13,7 +13,7 @@
 namespace mien::coding {
 namespace {
 
-// Of the format (docs/format.md); the same bounds as protocol/limits.hpp, which this room may not see.
+// Of the format (docs/format-model.md); the same bounds as protocol/limits.hpp, which this room may not see.
 constexpr std::uint32_t kMaxVertices = 1u << 22;
 constexpr std::uint32_t kMaxTriangles = 1u << 23;
 constexpr std::size_t kMaxParts = 4096;     // film heads have some dozens

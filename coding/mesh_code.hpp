@@ -10,7 +10,7 @@
 #include "core/result.hpp"
 
 /// The static mesh as bytes: connectivity, shape and texture coordinates are blobs of their own. Vertex and triangle order
-/// survive. docs/format.md gives the bytes.
+/// survive. docs/format-model.md gives the bytes.
 namespace mien::coding {
 
 /// Triangles as they stand, order and first corner included. Every index < V.

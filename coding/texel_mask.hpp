@@ -16,7 +16,7 @@ struct TexelMask {
 
 inline constexpr int kMaxMaskSide = 4096;  // texels: face scanners resolve 0.1 mm at most
 
-/// A bitmap in a range coder with contexts of the ten nearest known texels (as JBIG has it). docs/format-model.md gives the bytes.
+/// A bitmap in a range coder with contexts of the ten nearest known texels (as JBIG has it). docs/format-detail.md gives the bytes.
 Bytes encode_mask(const TexelMask& mask);
 Result<TexelMask> decode_mask(ByteView bytes);
 

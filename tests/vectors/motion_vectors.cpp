@@ -4,6 +4,7 @@
 
 #include "encoder/stream_encoder.hpp"
 #include "tests/motion/motion_clips.hpp"
+#include "tests/vectors/mirrored_sheet.hpp"
 #include "tools/stored_stream.hpp"
 
 namespace mien::vectors {
@@ -30,6 +31,8 @@ const std::vector<MotionVector>& motion_vectors() {
         {"motion_markers.mien", "markers that come and go, two rungs, corrections; `live`"},
         {"motion_weights.mien", "weights with gaze; `file`, one group"},
         {"motion_1998.mien", "markers in the scheme of 1998"},
+        {"motion_mirrored.mien", "vertices across a mirrored mesh; `file`"},
+        {"motion_chances.mien", "markers with parents and stored chances; `live`"},
     };
     return all;
 }
@@ -51,6 +54,14 @@ Result<Bytes> make_motion_vector(const MotionVector& vector) {
         for (int f = 0; f < 24; ++f) clip.gaze.push_back({{0.1f, 0.2f}, {0.01f * float(f), 0.f}});
         options.motion = {.kind = protocol::MotionKind::weights, .rms = 0.01};
         options.group_seconds.reset();
+    } else if (vector.file == "motion_mirrored.mien") {
+        clip.neutral = mirrored_sheet(4, 6);
+        clip.vertices = motion_test::bumps(clip.neutral->positions, 24, 7);
+        options.motion = {.rms = 0.05};
+        options.group_seconds.reset();
+    } else if (vector.file == "motion_chances.mien") {
+        clip = motion_test::marker_clip(150, 8, false, 0);
+        options.motion = {.kind = protocol::MotionKind::markers, .preset = encoder::MotionPreset::live, .rms = 0.06};
     } else {
         clip = motion_test::marker_clip(16, 6, true, 0.03);
         options.motion = {.kind = protocol::MotionKind::markers, .preset = encoder::MotionPreset::guenter98, .rms = 0.3};

@@ -1,25 +1,15 @@
 #include "motion_vectors.hpp"
 
+#include "vector_files.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <map>
 
 namespace mien::vectors {
 namespace {
-
-std::filesystem::path folder() { return std::filesystem::path(MIEN_SOURCE_DIR) / "tests" / "vectors"; }
-
-Bytes read_file(const std::filesystem::path& path) {
-    std::ifstream in(path, std::ios::binary);
-    const std::string text{std::istreambuf_iterator<char>(in), {}};
-    Bytes bytes(text.size());
-    std::transform(text.begin(), text.end(), bytes.begin(), [](char c) { return std::byte(c); });
-    return bytes;
-}
 
 void write_when_asked() {
     if (!std::getenv("MIEN_WRITE_VECTORS")) return;
@@ -27,7 +17,7 @@ void write_when_asked() {
     for (const MotionVector& vector : motion_vectors()) {
         const auto bytes = make_motion_vector(vector);
         ASSERT_TRUE(bytes.ok()) << bytes.error().message;
-        std::ofstream(folder() / vector.file, std::ios::binary).write(reinterpret_cast<const char*>(bytes->data()), std::streamsize(bytes->size()));
+        write_file(vector.file, *bytes);
         digests << vector.file << " " << *motion_digest(*bytes) << "\n";
     }
 }
@@ -39,7 +29,7 @@ TEST(MotionVectors, DecodeToTheSameNumbersOnEveryBuild) {
     for (std::string file, digest; in >> file >> digest;) digests[file] = digest;
     ASSERT_EQ(digests.size(), motion_vectors().size());
     for (const MotionVector& vector : motion_vectors()) {
-        const Bytes bytes = read_file(folder() / vector.file);
+        const Bytes bytes = read_file(vector.file);
         EXPECT_LT(bytes.size(), 8000u) << vector.file;
         const auto digest = motion_digest(bytes);
         ASSERT_TRUE(digest.ok()) << vector.file << ": " << digest.error().message;

@@ -1,25 +1,18 @@
 #include "vectors.hpp"
 
+#include "model_vectors.hpp"
 #include "motion_vectors.hpp"
+
+#include "vector_files.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <set>
 
 namespace mien::vectors {
 namespace {
-
-std::filesystem::path folder() { return std::filesystem::path(MIEN_SOURCE_DIR) / "tests" / "vectors"; }
-
-Bytes read_file(const std::filesystem::path& path) {
-    std::ifstream in(path, std::ios::binary);
-    const std::string text{std::istreambuf_iterator<char>(in), {}};
-    return protocol::sample::bytes_of(text);
-}
 
 /// After a format change on purpose: MIEN_WRITE_VECTORS=1 test_vectors
 void write_when_asked() {
@@ -28,20 +21,22 @@ void write_when_asked() {
     table << "# Conformance vectors\n\nMade by `vectors.cpp`; `test_vectors` holds them against it and against what a reader must make of\n"
              "them. After a change of the format on purpose: `MIEN_WRITE_VECTORS=1 test_vectors`.\n\n| file | bytes | what it shows |\n| --- | --- | --- |\n";
     for (const Vector& vector : make_vectors()) {
-        std::ofstream(folder() / vector.file, std::ios::binary)
-            .write(reinterpret_cast<const char*>(vector.bytes.data()), std::streamsize(vector.bytes.size()));
+        write_file(vector.file, vector.bytes);
         table << "| `" << vector.file << "` | " << vector.bytes.size() << " | " << vector.shows << " |\n";
     }
     for (const MotionVector& vector : motion_vectors())
         table << "| `" << vector.file << "` | " << std::filesystem::file_size(folder() / vector.file) << " | " << vector.shows << " |\n";
-    table << "\n`motion_digests.txt`: what the motion in the last files decodes to. An encoder of another build may choose other bytes for them.\n";
+    for (const ModelVector& vector : model_vectors())
+        table << "| `" << vector.file << "` | " << std::filesystem::file_size(folder() / vector.file) << " | " << vector.shows << " |\n";
+    table << "\n`motion_digests.txt`: what the motion in the `motion_` files decodes to; `model_digests.txt`: every layer of the `model_` files. An encoder of another build\n"
+             "may choose other bytes for these files; what a decoder makes of them is fixed.\n";
 }
 
 TEST(Vectors, AreMadeAgainByteForByte) {
     write_when_asked();
     for (const Vector& vector : make_vectors()) {
         if (vector.made_again) {
-            EXPECT_TRUE(read_file(folder() / vector.file) == vector.bytes)
+            EXPECT_TRUE(read_file(vector.file) == vector.bytes)
                 << vector.file << " differs from what this build writes: has the format changed?";
         }
         EXPECT_LT(vector.bytes.size(), 8000u);
@@ -50,7 +45,7 @@ TEST(Vectors, AreMadeAgainByteForByte) {
 
 TEST(Vectors, ReadAsTheyMust) {
     for (const Vector& vector : make_vectors()) {
-        const Bytes file = read_file(folder() / vector.file);
+        const Bytes file = read_file(vector.file);
         const auto reader = protocol::sample::open_bytes(file);
         if (vector.refused) {
             ASSERT_FALSE(reader.ok()) << vector.file;
