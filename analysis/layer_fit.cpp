@@ -89,7 +89,7 @@ void LayerFit::reweigh(std::vector<float> planes, int terms, double scale) {
     std::fill(by_take_.begin(), by_take_.end(), 0.0);
 }
 
-double LayerFit::typical_error(int terms, const std::vector<int>& degrees, const Ridge& ridge) const {
+std::vector<double> LayerFit::errors(int terms, const std::vector<int>& degrees, const Ridge& ridge) const {
     std::vector<double> errors;
     std::vector<double> coefficients(static_cast<std::size_t>(terms));
     for (const std::uint32_t texel : sparse_) {
@@ -101,10 +101,32 @@ double LayerFit::typical_error(int terms, const std::vector<int>& degrees, const
         }
         errors.push_back(std::sqrt(squares / equations_.count(sums(texel))));
     }
-    if (errors.empty()) return 0;
-    const auto middle = errors.begin() + std::ptrdiff_t(errors.size() / 2);
-    std::nth_element(errors.begin(), middle, errors.end());
+    return errors;
+}
+
+double LayerFit::typical_error(int terms, const std::vector<int>& degrees, const Ridge& ridge) const {
+    std::vector<double> left = errors(terms, degrees, ridge);
+    if (left.empty()) return 0;
+    const auto middle = left.begin() + std::ptrdiff_t(left.size() / 2);
+    std::nth_element(left.begin(), middle, left.end());
     return *middle;
+}
+
+double LayerFit::noise_for(double share, int terms, const std::vector<int>& degrees, const Ridge& ridge) const {
+    const std::vector<double> left = errors(terms, degrees, ridge);
+    // Distances grow with the root of their mean square: sum sqrt(e^2 + noise^2) = (1 + share) sum e.
+    const auto sum = [&](double noise) {
+        double all = 0;
+        for (const double e : left) all += std::hypot(e, noise);
+        return all;
+    };
+    const double most = (1 + share) * sum(0);
+    double low = 0, high = left.empty() ? 0 : most / double(left.size());
+    for (int i = 0; i < 40; ++i) {
+        const double middle = (low + high) / 2;
+        (sum(middle) <= most ? low : high) = middle;
+    }
+    return low;
 }
 
 double LayerFit::left_out_error(int terms, const std::vector<int>& degrees, const Ridge& ridge) const {

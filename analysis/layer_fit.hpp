@@ -35,6 +35,8 @@ public:
     void reweigh(std::vector<float> planes, int terms, double scale);
     /// Median over texels of the RMS distance that the fit itself leaves.
     double typical_error(int terms, const std::vector<int>& degrees, const Ridge& ridge) const;
+    /// RMS of independent noise that raises the mean distance which the fit itself leaves by `share`, each texel's errors taken as normal.
+    double noise_for(double share, int terms, const std::vector<int>& degrees, const Ridge& ridge) const;
 
     /// Mean weighted squared error over texels, values and frames when each take in turn is left out of the fit; with one take only, of
     /// the fit itself.
@@ -43,6 +45,8 @@ public:
     std::vector<float> solve(int terms, const std::vector<int>& degrees, const Ridge& ridge) const;
 
 private:
+    /// RMS distance that the fit leaves, of some thousand texels.
+    std::vector<double> errors(int terms, const std::vector<int>& degrees, const Ridge& ridge) const;
     std::span<const double> sums(std::size_t texel) const { return {sums_.data() + texel * equations_.size(), equations_.size()}; }
     double weight(std::size_t texel, const double* x, const double* y) const;
     std::size_t sparse_at(int take, std::size_t k) const { return (std::size_t(take) * sparse_.size() + k) * equations_.size(); }

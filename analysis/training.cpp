@@ -92,6 +92,8 @@ public:
         if (albedo) both.push_back(&*albedo);
         MIEN_CHECK(solve(both, model.fine_domain, options_.rounds, [&] { return gather_fine(fine, albedo); }));
         trained_.fine_ridge = finish(fine, model.fine, trained_.fine);
+        const Way own = ways()[own_way()];
+        trained_.fine_stored = fine.fits[own_way()].noise_for(options_.stored_share, own.terms, own.degrees(), trained_.fine_ridge);
         if (albedo) trained_.albedo_ridge = finish(*albedo, model.albedo, trained_.albedo);
         return std::move(trained_);
     }

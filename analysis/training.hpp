@@ -45,6 +45,7 @@ struct TrainingOptions {
     double reach_mm = 30;         ///< texels farther from every marker, along the skin, are left out
     FineOver fine_over = FineOver::scan;
     double high_pass_mm = 4;      ///< sigma of what the medium layer is left to carry
+    double stored_share = 0.1;    ///< of the fine layer's mean error of the training frames, that storing may add: TrainedModel::fine_stored
     Progress progress;
 };
 
@@ -61,6 +62,7 @@ struct TrainedModel {
     std::shared_ptr<const model::MarkerDriver> driver;
     std::array<double, model::kDeformationSize> axis_energy{};  ///< Table 1 of the paper, cumulative
     Ridge medium_ridge, fine_ridge, albedo_ridge;
+    double fine_stored = 0;       ///< RMS that storing may add to the fine layer, mm, so that its mean error grows by options.stored_share
     model::TermMoments moments;   ///< of d1, d2 at every marker over the training frames: what coding the maps goes by
     std::int64_t frames = 0;
     double high_pass_sigma = 0;   ///< texels of the fine map

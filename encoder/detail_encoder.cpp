@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "coding/coefficient_planes.hpp"
@@ -19,6 +20,7 @@ using protocol::BlobKind;
 using protocol::LayerKind;
 
 constexpr double kSpread = 0.02;  // see term_factors
+constexpr double kLeastFine = 1e-5;  // mm: a fit that leaves nothing says nothing
 constexpr int kSearch = 8;        // rounds to keep the asked number of bytes
 
 /// The texels that a map keeps, and what codes them.
@@ -36,7 +38,15 @@ struct LayerJob {
     const Domain* domain;
     std::optional<DetailPlanes> planes;
     double rms;
+    int stages;
+    std::optional<DetailPlanes::Coded> coded;  ///< at rms, when that has been tried
 };
+
+std::size_t bytes_of(const DetailPlanes::Coded& map) {
+    std::size_t bytes = 0;
+    for (const auto& stage : map.stages) bytes += stage.coded.size() + 34;
+    return bytes;
+}
 
 class DetailPacker {
 public:
@@ -49,12 +59,13 @@ public:
         MIEN_CHECK(add_mesh_and_markers());
         MIEN_CHECK(add_rest_of_head());
         Domain medium = domain(model_.medium_domain), fine = domain(model_.fine_domain);
-        add_job("medium", LayerKind::medium, medium, model_.medium, out_.model.medium, options_.medium);
-        add_job("fine", LayerKind::fine, fine, model_.fine, out_.model.fine, options_.fine);
-        add_job("albedo", LayerKind::albedo_map, fine, model_.albedo, out_.model.albedo, options_.albedo);
+        add_job("medium", LayerKind::medium, medium, model_.medium, out_.model.medium, options_.medium, options_.stages);
+        add_job("fine", LayerKind::fine, fine, model_.fine, out_.model.fine, options_.fine, options_.fine_stages > 0 ? options_.fine_stages : options_.stages);
+        add_job("albedo", LayerKind::albedo_map, fine, model_.albedo, out_.model.albedo, options_.albedo, options_.stages);
         for (const LayerJob& job : jobs_)
             if (!(job.planes->largest(job.planes->step_for(job.rms)) < coding::CoefficientPlanes::kMaxValue))
                 return Error{ErrorCode::invalid, std::string("the ") + job.name + " map is not finite or too large for so small an error"};
+        keep_map_bytes();
         MIEN_TRY(coded, code_maps());
         add_maps(coded);
         out_.model.medium_domain = std::move(medium.map);
@@ -153,21 +164,62 @@ private:
         return out;
     }
 
-    void add_job(const char* name, LayerKind kind, const Domain& domain, const model::PolynomialMap& map, model::PolynomialMap& kept, double rms) {
+    void add_job(const char* name, LayerKind kind, const Domain& domain, const model::PolynomialMap& map, model::PolynomialMap& kept, double rms, int stages) {
         if (map.planes.empty() || domain.map.size() == 0) return;
         kept = model::PolynomialMap(map.channels, map.order, domain.map.size());
         for (int c = 0; c < map.channels; ++c)
             for (int k = 0; k < model::term_count(map.order); ++k)
                 for (std::size_t i = 0; i < kept.texels; ++i) kept.plane(c, k)[i] = map.plane(c, k)[domain.from[i]];
-        LayerJob& job = jobs_.emplace_back(LayerJob{name, kind, &domain, std::nullopt, rms});
+        LayerJob& job = jobs_.emplace_back(LayerJob{name, kind, &domain, std::nullopt, rms, stages, std::nullopt});
         job.planes.emplace(kept, domain.map, out_.model.marker_triangles, factors_, *domain.wavelet, domain.rank);
     }
 
     static std::size_t bytes_of(const CodedMaps& maps) {
         std::size_t bytes = 0;
-        for (const auto& map : maps)
-            for (const auto& stage : map.stages) bytes += stage.coded.size() + 34;
+        for (const auto& map : maps) bytes += encoder::bytes_of(map);
         return bytes;
+    }
+
+    /// Grows a layer's error until its map takes at most `most` bytes or it is 64 times what was asked.
+    void keep_bytes(LayerJob& job, std::size_t most) {
+        if (options_.progress) options_.progress("coding the maps", 0, 0);
+        const int stages = job.stages;
+        const auto code = [&](double octaves) {
+            job.stages = std::max(1, stages - int(std::lround(octaves)));
+            return job.planes->code(job.planes->step_for(std::exp2(octaves) * job.rms), job.stages);
+        };
+        job.coded = code(0);
+        if (encoder::bytes_of(*job.coded) <= most) return;
+        double low = 0, high = 0;  // octaves: too many bytes, few enough
+        while (high < 6 && encoder::bytes_of(*job.coded) > most) {
+            low = high;
+            job.coded = code(high += 1);
+        }
+        for (int i = 0; i < 4; ++i) {
+            const double middle = (low + high) / 2;
+            auto coded = code(middle);
+            const bool fits = encoder::bytes_of(coded) <= most;
+            (fits ? high : low) = middle;
+            if (fits) job.coded = std::move(coded);
+        }
+        job.stages = int(job.coded->stages.size());
+        job.rms *= std::exp2(high);
+    }
+
+    /// Keeps the bounds of shape and of all maps.
+    void keep_map_bytes() {
+        std::size_t shape = 0, all = 0;
+        for (LayerJob& job : jobs_) {
+            const auto rest = [](std::size_t most, std::size_t taken) { return most > taken ? most - taken : 0; };
+            std::size_t most = std::numeric_limits<std::size_t>::max();
+            if (job.kind != LayerKind::albedo_map && options_.most_shape_bytes > 0)
+                most = job.kind == LayerKind::medium ? options_.most_shape_bytes / 2 : rest(options_.most_shape_bytes, shape);
+            if (options_.most_map_bytes > 0) most = std::min(most, rest(options_.most_map_bytes, all));
+            if (most == std::numeric_limits<std::size_t>::max()) continue;
+            keep_bytes(job, most);
+            all += encoder::bytes_of(*job.coded);
+            if (job.kind != LayerKind::albedo_map) shape += encoder::bytes_of(*job.coded);
+        }
     }
 
     /// All maps at `scale` times their asked errors.
@@ -176,7 +228,11 @@ private:
         CodedMaps coded(jobs_.size());
         parallel_for(std::int64_t(jobs_.size()), [&](std::int64_t j) {
             const LayerJob& job = jobs_[std::size_t(j)];
-            coded[std::size_t(j)] = job.planes->code(job.planes->step_for(scale * job.rms), options_.stages);
+            if (scale == 1 && job.coded) {
+                coded[std::size_t(j)] = *job.coded;
+                return;
+            }
+            coded[std::size_t(j)] = job.planes->code(job.planes->step_for(scale * job.rms), job.stages);
         });
         return coded;
     }
@@ -184,8 +240,8 @@ private:
     Result<CodedMaps> code_maps() {
         CodedMaps best = code_maps_at(1);
         if (options_.most_bytes == 0) return best;
-        const std::size_t per_layer = 4 + (2 + std::size_t(options_.stages)) * sizeof(Hash);  // of the manifest
-        std::size_t beside = protocol::encode_manifest(parts_.manifest).size() + jobs_.size() * per_layer;
+        std::size_t beside = protocol::encode_manifest(parts_.manifest).size();
+        for (const LayerJob& job : jobs_) beside += 4 + (2 + std::size_t(job.stages)) * sizeof(Hash);  // of the manifest
         for (const auto& blob : parts_.list.blobs()) beside += blob.bytes.size();
         const auto fits = [&](const CodedMaps& maps) { return beside + bytes_of(maps) <= options_.most_bytes; };
         if (fits(best)) return best;
@@ -213,8 +269,9 @@ private:
             out_.layers.push_back({jobs_[l].name, jobs_[l].planes->error(coded[l].head.step), {}});
             for (const auto& stage : coded[l].stages) out_.layers.back().stage_bytes.push_back(stage.coded.size());
         }
-        for (int stage = 1; stage < options_.stages; ++stage)
-            for (std::size_t l = 0; l < jobs_.size(); ++l) blobs[l].push_back(parts_.list.add(BlobKind::refinement, coding::encode_refinement(stage, coded[l].stages[std::size_t(stage)])));
+        for (int stage = 1; stage < coding::kMaxStages; ++stage)
+            for (std::size_t l = 0; l < jobs_.size(); ++l)
+                if (stage < jobs_[l].stages) blobs[l].push_back(parts_.list.add(BlobKind::refinement, coding::encode_refinement(stage, coded[l].stages[std::size_t(stage)])));
         for (std::size_t l = 0; l < jobs_.size(); ++l) parts_.layer(jobs_[l].kind, std::move(blobs[l]));
     }
 
@@ -229,8 +286,19 @@ private:
 
 }  // namespace
 
+DetailOptions detail_options(double fine_error) {
+    DetailOptions options;
+    const double fine = std::clamp(fine_error, kLeastFine, options.fine);
+    options.fine_stages = options.stages + int(std::lround(std::log2(options.fine / fine)));
+    options.fine = fine;
+    options.most_shape_bytes = 200'000;
+    options.most_map_bytes = 800'000;
+    return options;
+}
+
 Result<EncodedDetail> encode_detail(const model::DetailModel& model, const model::TermMoments& moments, const std::string& actor, const DetailOptions& options) {
     assert(moments.rows() == Eigen::Index(model.sites.size()) && options.stages >= 1 && options.stages <= coding::kMaxStages);
+    assert(options.fine_stages >= 0 && options.fine_stages <= coding::kMaxStages);
     assert(options.medium > 0 && options.fine > 0 && options.albedo > 0);
     return DetailPacker(model, moments, options).run(actor);
 }

@@ -16,12 +16,20 @@ struct DetailOptions {
     /// RMS that coding may add to a layer over the training frames: mm, per texel; albedo: of its three channels together, linear.
     /// The defaults are far below what a face scanner resolves and what is seen.
     double medium = 0.02, fine = 0.002, albedo = 0.0006;
+    /// Bytes of the medium and the fine map, and of all maps; 0: no bound. Map by map the error grows, and a stage goes with each doubling, until
+    /// it is kept; the medium map may take half of what it shares.
+    std::size_t most_shape_bytes = 0, most_map_bytes = 0;
     std::size_t most_bytes = 0;   ///< of all blobs; all three errors grow alike until it is kept. 0: no bound
     int stages = 5;               ///< of each map: every one halves its step; 1 .. coding::kMaxStages
+    int fine_stages = 0;          ///< of the fine map, when it is not `stages`
     float mesh_step = 1.0f / 32;  ///< grid of the neutral positions, mm
     const Image* picture = nullptr;  ///< colours all that the albedo map does not; null: none
     Progress progress;
 };
+
+/// What to ask when nobody says: the fine layer's error is `fine_error` (mm RMS, what its fit can stand) where that is less than the usual, and
+/// it still begins as coarse as ever; a perfect scanner's relief is worth 200 kB with the medium layer, and all maps 800 kB.
+DetailOptions detail_options(double fine_error);
 
 struct EncodedDetail {
     Hash manifest;

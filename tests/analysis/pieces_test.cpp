@@ -102,6 +102,22 @@ TEST(LayerFit, WeighedAnewItFollowsWhatMostFramesSay) {
     EXPECT_NEAR(planes[1], 0.2, 0.01);
 }
 
+/// Two texels of noise about a line, one ten times the other's.
+TEST(LayerFit, SaysWhatNoiseRaisesItsMeanErrorByAShare) {
+    std::vector<float> values;
+    std::vector<LayerFit::Frame> frames;
+    for (int f = 0; f < 40; ++f)
+        for (const float size : {0.1f, 1.0f}) values.push_back(0.3f * float(f % 5) + (f % 2 == 0 ? size : -size));
+    for (int f = 0; f < 40; ++f) frames.push_back({[f](std::uint32_t, double* x) { x[0] = 1, x[1] = f % 5; }, values.data() + 2 * f, 0});
+    const std::vector<int> degrees = linear_degrees(1);
+    LayerFit fit(2, 1, 2, 1);
+    fit.add(frames);
+    const double noise = fit.noise_for(0.1, 2, degrees, {});
+    EXPECT_NEAR(std::hypot(0.1, noise) + std::hypot(1, noise), 1.1 * (0.1 + 1), 2e-3) << "errors are the sizes, but for what the line takes of them";
+    EXPECT_GT(fit.noise_for(0.2, 2, degrees, {}), 1.3 * noise);
+    EXPECT_NEAR(fit.noise_for(0, 2, degrees, {}), 0, 1e-6);
+}
+
 TEST(FrameValues, KeepsTheFirstFramesAsFarAsTheyFitAndDropsTexels) {
     FrameValues values(5, 2, 3, 2, 2 * 2 * 3 * sizeof(float) + 1);
     for (std::int64_t frame = 0; frame < 5; ++frame) {

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 #include <optional>
 
+#include "coding/detail_code.hpp"
 #include "core/parallel.hpp"
 #include "decoder/detail_decoder.hpp"
 #include "encoder/detail_encoder.hpp"
@@ -248,6 +250,45 @@ TEST(DetailCodec, KeepsAnAskedNumberOfBytes) {
     EXPECT_GT(bound->layers[0].error, free->layers[0].error);
     options.most_bytes = 100;
     EXPECT_FALSE(encoder::encode_detail(small.model, small.moments, "sheet", options).ok());
+}
+
+TEST(DetailCodec, KeepsTheBytesOfItsMapsByGivingUpStagesOfTheFineOne) {
+    const SmallModel small(32, 64);
+    encoder::DetailOptions options = kOptions;
+    options.fine_stages = 9;
+    options.fine = kOptions.fine / 16;
+    options.medium = 5 * kOptions.medium;   // far less than half of both
+    const auto bytes = [](const encoder::EncodedDetail::Layer& layer) { return std::accumulate(layer.stage_bytes.begin(), layer.stage_bytes.end(), std::size_t(0)); };
+    const auto free = encoder::encode_detail(small.model, small.moments, "sheet", options);
+    ASSERT_TRUE(free.ok());
+    ASSERT_EQ(free->layers[1].stage_bytes.size(), 9u);
+    options.most_shape_bytes = bytes(free->layers[0]) + bytes(free->layers[1]) / 2;
+    const auto bound = encoder::encode_detail(small.model, small.moments, "sheet", options);
+    ASSERT_TRUE(bound.ok());
+    EXPECT_EQ(bound->layers[0].error, free->layers[0].error) << "what fits stays as it was";
+    EXPECT_EQ(bound->layers[2].error, free->layers[2].error);
+    EXPECT_LE(bytes(bound->layers[0]) + bytes(bound->layers[1]), options.most_shape_bytes);
+    EXPECT_GT(bytes(bound->layers[0]) + bytes(bound->layers[1]), options.most_shape_bytes * 8 / 10);
+    EXPECT_LT(bound->layers[1].stage_bytes.size(), 9u);
+    EXPECT_LT(bound->layers[1].stage_bytes[0], free->layers[1].stage_bytes[0] * 3 / 2) << "it begins about as coarse";
+    EXPECT_TRUE(Store(*bound).decode().ok());
+
+    options.most_shape_bytes = 0;
+    options.most_map_bytes = bytes(free->layers[0]) + bytes(free->layers[1]) + bytes(free->layers[2]) / 2;
+    const auto all = encoder::encode_detail(small.model, small.moments, "sheet", options);
+    ASSERT_TRUE(all.ok());
+    EXPECT_EQ(all->layers[1].error, free->layers[1].error);
+    EXPECT_LE(bytes(all->layers[0]) + bytes(all->layers[1]) + bytes(all->layers[2]), options.most_map_bytes);
+}
+
+TEST(DetailCodec, IsStoredAsFineAsItsFitIsByDefault) {
+    const encoder::DetailOptions usual;
+    EXPECT_EQ(encoder::detail_options(0.1).fine, usual.fine) << "never coarser than is seen";
+    EXPECT_EQ(encoder::detail_options(0.1).fine_stages, usual.stages);
+    EXPECT_EQ(encoder::detail_options(usual.fine / 4).fine, usual.fine / 4);
+    EXPECT_EQ(encoder::detail_options(usual.fine / 4).fine_stages, usual.stages + 2);
+    EXPECT_GT(encoder::detail_options(0).fine, 0) << "a fit without error";
+    EXPECT_LE(encoder::detail_options(0).fine_stages, coding::kMaxStages);
 }
 
 TEST(DetailCodec, RefusesToStoreWhatIsNotFinite) {

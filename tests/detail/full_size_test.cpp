@@ -151,7 +151,7 @@ TEST(FullSize, MeetsItsBarsOnUnseenFramesOfAScannerWithNoise) {
     fmt::print("{} frames trained on, {} unseen; texels {} and {}\n", trained->frames, targets.size(), trained->model.medium_domain.size(), trained->model.fine_domain.size());
     fmt::print("mean (added), 99 % (added): medium mm | fine mm | albedo\n{}\n", row("not coded", before, before));
     const auto measure = [&](const char* name, const model::TermMoments& moments) {
-        const auto coded = encoder::encode_detail(trained->model, moments, "actor");
+        const auto coded = encoder::encode_detail(trained->model, moments, "actor", encoder::detail_options(trained->fine_stored));
         EXPECT_TRUE(coded.ok());
         const auto back = decode_first(*coded, ~std::size_t(0));
         EXPECT_TRUE(back.ok());

@@ -268,8 +268,9 @@ does "$mien" check session
 does "$mien" train session -o actor.model --report report --order linear
 jq -e '.clips[0].medium.linear.mean < .clips[0].medium.neutral.mean' report/report.json >/dev/null || complain "a model explains less than a still face does"
 does "$mien" info actor.model
+does "$mien" train session -o coarse.model --coding-error 0.02,0.002,0.0006
 does "$mien" train session -o fine.model --coding-error 0.02,0.0002,0.0006
-[[ $(stat -c %s fine.model) -gt $(stat -c %s actor.model) ]] || complain "a tenth of the coding error takes no more bytes"
+[[ $(stat -c %s fine.model) -gt $(stat -c %s coarse.model) ]] || complain "a tenth of the coding error takes no more bytes"
 refuses "coding-error" "$mien" train session -o other.model --coding-error 0.02
 refuses "is there already" "$mien" train session -o actor.model
 refuses "scans" "$mien" train clip -o other.model
