@@ -123,8 +123,9 @@ Result<LoadedClip> load_clip(const fs::path& path, const LoadOptions& options) {
     ClipReading reading = read_clip(path, options);
     LoadedClip loaded;
     for (const Finding& finding : reading.findings.all()) {
-        if (finding.severity == Severity::problem) return Error{finding.code, finding.text};
-        loaded.warnings.push_back(finding.text);
+        const std::string& text = finding.brief.empty() ? finding.text : finding.brief;
+        if (finding.severity == Severity::problem) return Error{finding.code, text};
+        loaded.warnings.push_back(text);
     }
     loaded.clip = std::move(reading.clip);
     return loaded;

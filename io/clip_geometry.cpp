@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <map>
 #include <mutex>
 
 #include "core/parallel.hpp"
@@ -63,6 +64,7 @@ void ClipReader::read_mesh_sequence(const std::vector<fs::path>& files) {
     clip_.vertices.emplace(frames, points);
     clip_.vertices->frame(0) = first->mesh.positions;
     std::vector<std::optional<Error>> errors(files.size());
+    std::vector<std::int64_t> counts(files.size(), points);
     std::mutex progress_mutex;
     std::int64_t done = 1;
     parallel_for(frames - 1, [&](std::int64_t i) {
@@ -71,8 +73,7 @@ void ClipReader::read_mesh_sequence(const std::vector<fs::path>& files) {
         if (!positions) {
             errors[std::size_t(f)] = positions.error();
         } else if (positions->rows() != points) {
-            errors[std::size_t(f)] = Error{ErrorCode::mismatch, fmt::format("{} (frame {}) has {} vertices, but {} has {}", files[std::size_t(f)].string(), f,
-                                                                            positions->rows(), files[0].filename().string(), points)};
+            counts[std::size_t(f)] = positions->rows();
         } else {
             clip_.vertices->frame(f) = *positions;
         }
@@ -81,13 +82,19 @@ void ClipReader::read_mesh_sequence(const std::vector<fs::path>& files) {
             options_.progress("reading meshes", ++done, frames);
         }
     });
-    std::size_t more = 0, shown = 0;
-    for (const auto& error : errors) {
-        if (!error) continue;
-        if (shown++ < 8) findings_.problem(*error);
-        else ++more;
+    for (const auto& error : errors)
+        if (error) findings_.problem(*error);
+    std::map<std::int64_t, IndexRanges> frames_of_count;
+    for (std::size_t f = 0; f < counts.size(); ++f)
+        if (counts[f] != points) frames_of_count[counts[f]].add(std::int64_t(f));
+    for (const auto& [count, of_count] : frames_of_count) {
+        std::string which = files[std::size_t(of_count.first())].string();
+        if (of_count.count() > 1) which += " to " + files[std::size_t(of_count.last())].filename().string();
+        findings_.problem_of_list(ErrorCode::mismatch, [&](std::size_t most) {
+            return fmt::format("{} ({}) {} {} vertices, but {} has {}", which, of_count.text("frame", "frames", most), of_count.count() == 1 ? "has" : "have", count,
+                               files[0].filename().string(), points);
+        });
     }
-    if (more > 0) problem(ErrorCode::mismatch, fmt::format("and {} more meshes that do not fit", more));
     sequence_mesh_ = std::move(first->mesh);
     sequence_shapes_ = std::move(first->blendshapes);
 }

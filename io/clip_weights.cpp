@@ -1,6 +1,7 @@
 #include "io/clip_reader.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
@@ -78,16 +79,20 @@ void ClipReader::use_live_link(const std::string& text, const fs::path& path) {
     LiveLinkTake& recording = *take_result;
     rates_.emplace_back(sources_.weights, recording.frame_rate);
     if (!recording.dropped.empty()) {
-        std::string frames;
-        for (std::size_t i = 0; i < std::min<std::size_t>(recording.dropped.size(), 8); ++i)
-            frames += fmt::format("{}{}", i ? ", " : "", recording.dropped[i]);
-        findings_.warn(fmt::format("{}: {} dropped frames were filled by interpolation ({}{}); {} rows are {} frames", sources_.weights,
-                                   recording.dropped.size(), frames, recording.dropped.size() > 8 ? ", ..." : "", recording.rows,
-                                   recording.weights.frames));
+        IndexRanges dropped;
+        for (const std::int64_t frame : recording.dropped) dropped.add(frame);
+        findings_.warn_of_list([&](std::size_t most) {
+            return fmt::format("{}: {} dropped frames were filled by interpolation ({}); {} rows are {} frames", sources_.weights, dropped.count(),
+                               dropped.text(most), recording.rows, recording.weights.frames);
+        });
     }
-    if (!recording.repeated.empty())
-        findings_.warn(fmt::format("{}: {} rows repeat the timecode before them and were left out, the first is row {}", sources_.weights,
-                                   recording.repeated.size(), recording.repeated[0]));
+    if (!recording.repeated.empty()) {
+        IndexRanges repeated;
+        for (const std::int64_t row : recording.repeated) repeated.add(row);
+        findings_.warn_of_list([&](std::size_t most) {
+            return fmt::format("{}: {} rows repeat the timecode before them and were left out: {}", sources_.weights, repeated.count(), repeated.text(most));
+        });
+    }
     // Recorded geometry has its own pose; angles belong to a clip that is weights alone.
     const bool alone = !clip_.vertices && !clip_.markers;
     const bool moves = std::any_of(recording.head_pose.begin(), recording.head_pose.end(),
@@ -178,17 +183,20 @@ void ClipReader::order_by_name(std::vector<Blendshape> shapes, const fs::path& p
     std::map<std::string, std::size_t> by_name;
     for (std::size_t i = 0; i < shapes.size(); ++i) by_name[plain_name(shapes[i].name)] = i;
     std::size_t used = 0;
-    CappedFindings idle(findings_, Severity::warning, ErrorCode::missing, "weights without a target");
+    std::vector<std::string> idle;
     for (const std::string& name : clip_.weights->names) {
         const auto at = by_name.find(plain_name(name));
         if (at == by_name.end()) {
-            idle.add(fmt::format("{} has no target for the weight {}, which moves nothing", path.string(), name));
+            idle.push_back(name);
             clip_.blendshapes.push_back({name, Points::Zero(clip_.neutral->positions.rows(), 3)});
         } else {
             clip_.blendshapes.push_back(shapes[at->second]);
             ++used;
         }
     }
+    if (!idle.empty())
+        findings_.warn(fmt::format("{} has no target for the weight{} {}, which move{} nothing", path.string(), idle.size() == 1 ? "" : "s", fmt::join(idle, ", "),
+                                   idle.size() == 1 ? "s" : ""));
     if (used < shapes.size()) findings_.warn(fmt::format("{} has {} targets that no weight names", path.string(), shapes.size() - used));
 }
 

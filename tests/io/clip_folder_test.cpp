@@ -348,8 +348,54 @@ TEST_F(BadClip, CheckListsEverythingAtOnce) {
     write_npy(path / "gaze.npy", {2, 4}, std::vector<float>(8));
     const ClipReport report = check_clip(path);
     EXPECT_FALSE(report.good());
-    for (const char* word : {"vertex 0 of frame 0", "and 4 more", "sound.wav", "gaze.npy has 2 frames"})
+    for (const char* word : {"vertices.npy: vertices 0-3 of frames 0-2 are not a number\n", "sound.wav", "gaze.npy has 2 frames"})
         EXPECT_NE(report.text().find(word), std::string::npos) << word << "\n" << report.text();
+}
+
+TEST_F(BadClip, CheckNamesEveryPointAndFrameInFewLines) {
+    constexpr std::int64_t kFrames = 40;
+    const float infinity = std::numeric_limits<float>::infinity();
+    Clip long_clip = full_clip();
+    long_clip.vertices.reset();
+    long_clip.head_pose.clear();
+    long_clip.gaze.clear();
+    long_clip.texture.reset();
+    long_clip.mask.reset();
+    long_clip.sound.reset();
+    long_clip.rigid.clear();
+    long_clip.marker_sites.clear();
+    long_clip.markers.emplace(kFrames, 7);
+    long_clip.weights.emplace(kFrames, 2);
+    long_clip.weights->names = {"JawOpen", "Smile"};
+    for (std::int64_t f = 0; f < kFrames; ++f) {
+        for (int m = 0; m < 7; ++m) long_clip.markers->frame(f).row(m) = Vec3(10 * float(m), 3 * float(m % 3), 0).transpose();
+        // Every second frame is one of more than eight runs.
+        if (f % 2 == 0) long_clip.markers->frame(f)(5, 1) = infinity, long_clip.weights->frame(f)[1] = infinity;
+        if ((f >= 3 && f <= 17) || f == 20) long_clip.markers->frame(f)(1, 0) = long_clip.markers->frame(f)(2, 2) = -infinity;
+    }
+    ASSERT_TRUE(write_clip(path, long_clip, {.overwrite = true}));
+    const std::string even = "0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30, 32, 34, 36, 38";
+    const ClipReport report = check_clip(path);
+    for (const std::string& said : {"markers.npy: marker 5 of frames " + even + " is infinite", std::string("markers.npy: markers 1-2 of frames 3-17, 20 are infinite"),
+                                    "weights.npy: weight 1 (Smile) of frames " + even + " is infinite"}) {
+        EXPECT_NE(report.text().find(said + "\n"), std::string::npos) << said << "\n" << report.text();
+        EXPECT_NE(report.json().find(said + "\""), std::string::npos) << said << "\n" << report.json();
+    }
+    EXPECT_EQ(report.findings.size(), 3u) << report.text();
+    // Who only wants to encode reads the beginning.
+    expect_message(path, {"marker 5 of frames 0, 2, 4, 6, 8, 10, 12, 14, ... (20 in all) is infinite"});
+}
+
+TEST_F(BadClip, CheckNamesEveryMeshThatDoesNotFit) {
+    const TemporaryFolder meshes;
+    write_obj(meshes / "f0.obj", small_head());
+    for (int f = 1; f < 13; ++f) write_file(meshes / ("f" + std::to_string(f) + ".obj"), "v 0 0 0\nv 1 1 1\n");
+    write_file(meshes / "f5.obj", "v 0 0 zero\n");
+    const std::string text = check_clip(meshes.path()).text();
+    EXPECT_NE(text.find("f1.obj to f12.obj (frames 1-4, 6-12) have 2 vertices, but f0.obj has 4"), std::string::npos) << text;
+    EXPECT_NE(text.find("f5.obj"), std::string::npos) << text;
+    for (const int f : {3, 7, 8}) fs::remove(meshes / ("f" + std::to_string(f) + ".obj"));
+    EXPECT_NE(check_clip(meshes.path()).text().find("numbers 3, 7-8 are missing"), std::string::npos) << check_clip(meshes.path()).text();
 }
 
 TEST_F(BadClip, UnitMistakesAreNamedWithTheUnitThatWasMeant) {
