@@ -82,8 +82,11 @@ void ClipReader::read_mesh_sequence(const std::vector<fs::path>& files) {
             options_.progress("reading meshes", ++done, frames);
         }
     });
-    for (const auto& error : errors)
-        if (error) findings_.problem(*error);
+    for (std::size_t f = 0; f < errors.size(); ++f) {
+        if (errors[f]) findings_.problem(*errors[f]);
+        // The first stands for those that are left out, so that nothing else is found wrong with them.
+        if (errors[f] || counts[f] != points) clip_.vertices->frame(std::int64_t(f)) = first->mesh.positions;
+    }
     std::map<std::int64_t, IndexRanges> frames_of_count;
     for (std::size_t f = 0; f < counts.size(); ++f)
         if (counts[f] != points) frames_of_count[counts[f]].add(std::int64_t(f));
@@ -106,8 +109,9 @@ void ClipReader::read_neutral() {
         if (!file) {
             // A recording loads without a model that merely lies beside it, as one of compressed geometry.
             const std::string ending = lower_case(description_.neutral->extension().string());
-            if (guessed_ && (ending == ".glb" || ending == ".gltf")) findings_.warn(file.error().message + "; it is not used");
-            else findings_.problem(file.error());
+            if (!guessed_ || (ending != ".glb" && ending != ".gltf")) return findings_.problem(file.error());
+            findings_.warn(file.error().message + "; it is not used");
+            description_.neutral.reset();
             return;
         }
         for (std::string& warning : file->warnings) findings_.warn(std::move(warning));
@@ -119,7 +123,7 @@ void ClipReader::read_neutral() {
         clip_.neutral = std::move(*sequence_mesh_);
         if (clip_.vertices->frames > 1)
             findings_.note(fmt::format("no neutral mesh is named; {} stands for it", fs::path(sources_.neutral).filename().string()));
-    } else if (clip_.vertices) {
+    } else if (clip_.vertices && !unread("neutral")) {
         findings_.warn("no neutral mesh is named: without its triangles the vertices are a cloud of points");
     }
 }

@@ -56,9 +56,14 @@ void ClipReader::read_sites() {
     if (!description_.marker_sites.given()) return;
     const auto rows = rows_of(description_.marker_sites);
     if (!rows) return;
+    if (!clip_.neutral && unread("neutral")) return;
     if (!clip_.neutral) return problem(ErrorCode::missing, "marker_sites are places on the neutral mesh, which is not there");
     const auto V = std::size_t(clip_.neutral->positions.rows()), T = clip_.neutral->triangles.size();
-    const auto wrong = [&](std::size_t i, std::string what) { problem(ErrorCode::invalid, fmt::format("marker_sites: entry {} {}", i, what)); };
+    // An entry that is wrong keeps its place, so that the others are not counted wrong.
+    const auto wrong = [&](std::size_t i, std::string what) {
+        problem(ErrorCode::invalid, fmt::format("marker_sites: entry {} {}", i, what));
+        clip_.marker_sites.push_back(Site::at_vertex(0));
+    };
     for (std::size_t i = 0; i < rows->size(); ++i) {
         const std::vector<double>& row = (*rows)[i];
         if (row.size() == 1) {

@@ -3,9 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
+#include <limits>
 
 #include "io/point_faults.hpp"
 
@@ -149,8 +148,8 @@ void check_counts(const Clip& clip, const ClipSources& sources, Findings& findin
     if (clip.neutral && clip.vertices && clip.vertices->points != vertices)
         mismatch(fmt::format("{} has {} vertices a frame, but {} has {}", sources.vertices, clip.vertices->points, sources.neutral, vertices));
     if (!clip.marker_sites.empty()) {
-        if (!clip.markers) findings.warn("marker_sites are given without markers");
-        else if (std::int64_t(clip.marker_sites.size()) != clip.markers->points)
+        if (!clip.markers && !sources.unread.contains("markers")) findings.warn("marker_sites are given without markers");
+        if (clip.markers && std::int64_t(clip.marker_sites.size()) != clip.markers->points)
             mismatch(fmt::format("marker_sites has {} entries, but {} has {} markers", clip.marker_sites.size(), sources.markers, clip.markers->points));
     }
     if (!clip.blendshapes.empty()) {
@@ -162,8 +161,9 @@ void check_counts(const Clip& clip, const ClipSources& sources, Findings& findin
             check_finite(shape.offsets, "blendshape " + shape.name, findings);
         }
     }
-    const bool of_markers = clip.markers && !clip.vertices;
-    const std::int64_t points = of_markers ? clip.markers->points : vertices;
+    const bool of_markers = (clip.markers || sources.unread.contains("markers")) && !clip.vertices && !sources.unread.contains("vertices");
+    const bool known = of_markers ? clip.markers.has_value() : clip.neutral || clip.vertices || (!sources.unread.contains("neutral") && !sources.unread.contains("vertices"));
+    const std::int64_t points = !known ? std::numeric_limits<std::int64_t>::max() : of_markers ? clip.markers->points : vertices;
     std::vector<std::uint32_t> indices = clip.rigid;
     std::sort(indices.begin(), indices.end());
     IndexRanges outside;
@@ -183,7 +183,7 @@ void check_media(const Clip& clip, const ClipSources& sources, Findings& finding
             findings.problem(ErrorCode::mismatch, fmt::format("{} has {} frames, but the motion has {}", sources.texture, there, frames));
         else if (there != 1 && there > frames)
             findings.warn(fmt::format("{} has {} frames, the motion only {}; the rest is left out", sources.texture, there, frames));
-        if (!clip.neutral || !clip.neutral->has_texcoords())
+        if (clip.neutral ? !clip.neutral->has_texcoords() : !sources.unread.contains("neutral"))
             findings.warn(fmt::format("{} cannot be shown: the neutral mesh has no texture coordinates", sources.texture));
         if (clip.mask && (clip.mask->width != clip.texture->width() || clip.mask->height != clip.texture->height()))
             findings.problem(ErrorCode::mismatch, fmt::format("the mask is {} x {}, but {} is {} x {}", clip.mask->width, clip.mask->height, sources.texture,
@@ -197,6 +197,7 @@ void check_media(const Clip& clip, const ClipSources& sources, Findings& finding
         findings.problem(ErrorCode::mismatch, fmt::format("the last take begins with frame {}, but the motion has {}", clip.takes.back().first, frames));
     if (clip.sound && frames > 0) {
         if (clip.sound->samples.empty()) return findings.problem(ErrorCode::invalid, fmt::format("{} has no samples", sources.sound));
+        if (sources.unread.contains("fps")) return;
         const double picture = double(frames) / clip.frame_rate.value(), off = clip.sound->seconds() - picture;
         if (std::abs(off) > std::max(0.1, 1.5 / clip.frame_rate.value()))
             findings.warn(fmt::format("{} is {:.2f} s {} than the picture ({:.2f} s)", sources.sound, std::abs(off), off > 0 ? "longer" : "shorter", picture));
@@ -259,6 +260,7 @@ void check_size(const Clip& clip, const ClipSources& sources, Findings& findings
         findings.problem(ErrorCode::mismatch, fmt::format("{} is {} large, but {} is {}: are they in one unit?", source, length(*size), sources.neutral, length(*neutral)));
     };
     compare(clip.vertices, sources.vertices, kLeastOfNeutral);
+    if (sources.unread.contains("unit")) return;
     compare(clip.markers, sources.markers, kLeastOfNeutralByMarkers);
 
     const auto size = head_size(clip);
@@ -276,7 +278,8 @@ void check_size(const Clip& clip, const ClipSources& sources, Findings& findings
 
 void validate(const Clip& clip, const ClipSources& sources, Findings& findings) {
     if (!clip.vertices && !clip.markers && !clip.weights) {
-        if (!findings.has_problem())
+        const auto unread = [&](const char* key) { return sources.unread.contains(key); };
+        if (!unread("vertices") && !unread("markers") && !unread("weights"))
             findings.problem(ErrorCode::missing, "the clip has no motion: at least one of vertices, markers and weights is needed");
         return;
     }

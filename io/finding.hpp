@@ -39,11 +39,6 @@ public:
     void add_list(Severity severity, ErrorCode code, const Say& say) { add({severity, say(IndexRanges::kAll), code, say(kBriefList)}); }
     void add(Finding finding) { all_.push_back(std::move(finding)); }
 
-    bool has_problem() const {
-        for (const Finding& finding : all_)
-            if (finding.severity == Severity::problem) return true;
-        return false;
-    }
     const std::vector<Finding>& all() const { return all_; }
 
 private:

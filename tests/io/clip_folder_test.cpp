@@ -398,6 +398,63 @@ TEST_F(BadClip, CheckNamesEveryMeshThatDoesNotFit) {
     EXPECT_NE(check_clip(meshes.path()).text().find("numbers 3, 7-8 are missing"), std::string::npos) << check_clip(meshes.path()).text();
 }
 
+TEST_F(BadClip, WhatDependsOnAPartThatCannotBeReadIsNotComplainedAbout) {
+    const auto only = [&](const std::string& cause) {
+        const ClipReport report = check_clip(path);
+        EXPECT_EQ(std::ranges::count_if(report.findings, [](const Finding& f) { return f.severity != Severity::note; }), 1) << cause << "\n" << report.text();
+        EXPECT_FALSE(report.good());
+        EXPECT_NE(report.text().find(cause), std::string::npos) << report.text();
+    };
+    // Each part in turn is missing, and each entry in turn is none.
+    for (const char* file : {"vertices.npy", "markers.npy", "weights.npy", "neutral.obj", "marker_sites.npy", "rigid.npy", "blendshapes.npy", "head_pose.npy",
+                             "gaze.npy", "mask.png", "sound.wav", "texture"}) {
+        fs::rename(path / file, path / "aside");
+        only(file);
+        fs::rename(path / "aside", path / file);
+    }
+    const std::string json = read_text(path / "clip.json").value();
+    const auto with = [&](const std::string& key, const std::string& value) {
+        const std::size_t at = json.find("\"" + key + "\": ") + key.size() + 4, end = json.find_first_of(",\n", at);
+        ASSERT_NE(json.find("\"" + key + "\": "), std::string::npos) << key;
+        describe(json.substr(0, at) + value + json.substr(end));
+        only("\"" + key + "\"");
+    };
+    for (const char* key : {"fps", "unit", "vertices", "markers", "weights", "neutral", "marker_sites", "rigid", "head_pose", "gaze", "masks", "sound", "texture"})
+        with(key, "true");
+    // Without what only the broken part would have told.
+    const auto described = [&](const std::string& text, const std::string& cause) {
+        describe(text);
+        only(cause);
+    };
+    described(R"({"markers": "m.trc", "sound": "sound.wav", "rigid": [0, 3], "weights": "weights.npy"})", "m.trc");
+    described(R"({"fps": 30, "unit": "cm", "vertices": "v/%04d.obj", "weights": "weights.npy", "blendshapes": "blendshapes.npy", "marker_sites": [0], "markers": "markers.npy", "rigid": [3]})",
+              "v/%04d.obj");
+    described(R"({"fps": 30, "unit": "cm", "neutral": "neutral.obj", "markers": "markers.npy", "marker_sites": [2, 7]})", "entry 1 names vertex 7 of 4");
+    described(R"({"fps": 30, "unit": "cm", "neutral": "neutral.obj", "weights": "weights.npy", "blendshapes": ["neutral.obj", "none.obj"]})", "none.obj");
+    described(R"({"fps": 30, "unit": "cm", "neutral": "neutral.obj", "weights": "weights.npy", "weight_names": ["a", "b"], "blendshapes": "targets"})", "targets");
+    described(R"({"fps": 30, "unit": "cm", "weights": "weights.npy", "positions_medium": 7, "positions_fine": "fine", "albedo": "albedo"})", "positions_medium");
+    described("{\"fps\": 30,", "clip.json is not JSON");
+    // Those of a folder of targets are told by their names.
+    fs::create_directory(path / "targets");
+    write_obj(path / "targets" / "a.obj", small_head());
+    write_file(path / "targets" / "b.obj", "v 1 2\n");
+    described(R"({"fps": 30, "unit": "cm", "neutral": "neutral.obj", "weights": "weights.npy", "weight_names": ["a", "b"], "blendshapes": "targets"})", "b.obj");
+    // What is wrong by itself is still told.
+    describe(R"({"fps": true, "unit": "cm", "neutral": "neutral.obj"})");
+    EXPECT_NE(check_clip(path).text().find("no motion"), std::string::npos) << check_clip(path).text();
+}
+
+TEST(PlainFolder, AMissingNumberIsAllThatIsWrong) {
+    const TemporaryFolder folder;
+    for (const int f : {0, 1, 3}) write_obj(folder / ("f" + std::to_string(f) + ".obj"), small_head());
+    write_npy(folder / "weights.npy", {4, 1}, std::vector<float>(4));
+    std::vector<std::string> problems;
+    for (const Finding& finding : check_clip(folder.path()).findings)
+        if (finding.severity == Severity::problem) problems.push_back(finding.text);
+    ASSERT_EQ(problems.size(), 1u) << problems.back();
+    EXPECT_NE(problems[0].find("number 2 is missing"), std::string::npos) << problems[0];
+}
+
 TEST_F(BadClip, UnitMistakesAreNamedWithTheUnitThatWasMeant) {
     // A head of 0.2 mm, and one of 200 m.
     for (const auto& [scale, unit, meant, size] : std::initializer_list<std::tuple<double, const char*, const char*, const char*>>{
