@@ -28,6 +28,11 @@ void ClipReader::read_markers_file() {
     if (markers->points.points > kMaxMarkers || markers->points.frames > kMaxFrames)
         return problem(ErrorCode::limit_exceeded, fmt::format("{} has more markers or frames than a clip may have", sources_.markers));
     for (const std::string& warning : markers->warnings) findings_.warn(fmt::format("{}: {}", sources_.markers, warning));
+    if (const PointFaults& partly = markers->partly_missing; !partly.empty())
+        findings_.warn_of_list([&](std::size_t most) {
+            return fmt::format("{}: {} time{} a marker lacks one or two of its coordinates, and is missing in that frame: {}", sources_.markers, partly.count(),
+                               partly.count() == 1 ? "" : "s", partly.text(most));
+        });
     if (markers->frame_rate) rates_.emplace_back(sources_.markers, *markers->frame_rate);
     if (markers->unit) {
         marker_unit_ = markers->unit;

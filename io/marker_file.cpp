@@ -129,12 +129,24 @@ Result<MarkerTake> parse_marker_table(const NumberTable& table) {
     for (std::int64_t r = 0; r < table.rows; ++r) {
         auto points = take.points.frame(numbered.frame_of_row[std::size_t(r)]);
         for (std::size_t m = 0; m < columns.size(); ++m) {
-            Vec3 p(table.at(r, columns[m][0]), table.at(r, columns[m][1]), table.at(r, columns[m][2]));
-            if (p.hasNaN()) p.setConstant(kMissing);
-            points.row(Eigen::Index(m)) = p.transpose();
+            points.row(Eigen::Index(m)) << table.at(r, columns[m][0]), table.at(r, columns[m][1]), table.at(r, columns[m][2]);
         }
     }
+    settle_missing(take);
     return take;
+}
+
+void settle_missing(MarkerTake& take) {
+    for (std::int64_t f = 0; f < take.points.frames; ++f) {
+        auto points = take.points.frame(f);
+        for (std::int64_t m = 0; m < take.points.points; ++m) {
+            auto point = points.row(m);
+            const Eigen::Index lacking = point.array().isNaN().count();
+            if (lacking == 0) continue;
+            if (lacking < 3) take.partly_missing.add(f, m);
+            point.setConstant(kMissing);
+        }
+    }
 }
 
 Result<MarkerTake> read_markers(const std::filesystem::path& path) {
@@ -147,6 +159,7 @@ Result<MarkerTake> read_markers(const std::filesystem::path& path) {
         take.points.frames = array.shape[0];
         take.points.points = array.shape[1];
         take.points.xyz = std::move(array.values);
+        settle_missing(take);
         return take;
     }
     const auto named = [&](Result<MarkerTake> take) -> Result<MarkerTake> {

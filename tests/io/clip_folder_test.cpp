@@ -502,6 +502,23 @@ TEST_F(BadClip, WhatIsAskedForAgainstTheDescriptionIsWarnedAbout) {
     EXPECT_TRUE(same->warnings.empty());
 }
 
+TEST(PlainFile, AMarkerThatLacksACoordinateIsMissingWhateverTheFile) {
+    const TemporaryFolder folder;
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    write_npy(folder / "m.npy", {3, 2, 3}, std::vector<float>{0, 0, 0, 100, 0, nan, 0, 0, 0, nan, nan, 0, 0, 0, 0, nan, nan, nan});
+    write_file(folder / "m.csv", "a_x,a_y,a_z,b_x,b_y,b_z\n0,0,0,100,0,\n0,0,0,nan,,0\n0,0,0,,,\n");
+    for (const char* name : {"m.npy", "m.csv"}) {
+        const auto loaded = load_clip(folder / name);
+        ASSERT_TRUE(loaded) << loaded.error().message;
+        for (int f = 0; f < 3; ++f) {
+            EXPECT_TRUE(loaded->clip.markers->frame(f).row(1).array().isNaN().all()) << name << f;
+            EXPECT_TRUE(loaded->clip.markers->frame(f).row(0).isZero()) << name << f;
+        }
+        EXPECT_TRUE(warns(*loaded, "2 times a marker lacks one or two of its coordinates, and is missing in that frame: marker 1 of frames 0-1")) << name;
+        EXPECT_NE(check_clip(folder / name).json().find("marker 1 of frames 0-1"), std::string::npos);
+    }
+}
+
 TEST(PlainFile, ToldWhatItLacksByWhatCanBeDone) {
     const TemporaryFolder folder;
     write_npy(folder / "m.npy", {2, 1, 3}, std::vector<float>(6));
