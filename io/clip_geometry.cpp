@@ -54,24 +54,39 @@ void ClipReader::read_vertices() {
 void ClipReader::read_mesh_sequence(const std::vector<fs::path>& files) {
     if (!description_.vertices) sources_.vertices = files[0].parent_path().string();
     for (const fs::path& file : files) sources_.vertex_frames.push_back(file.string());
-    auto first = take(read_mesh(files[0]));
+    const auto in_frame = [](Error error, std::int64_t f) {
+        error.message += fmt::format(" (frame {})", f);
+        return error;
+    };
+    std::optional<MeshFile> first;
+    std::int64_t reference = 0;
+    for (std::int64_t f = 0; !first && f < std::int64_t(files.size()); ++f) {
+        auto file = read_mesh(files[std::size_t(f)]);
+        if (!file) {
+            findings_.problem(in_frame(file.error(), f));
+            continue;
+        }
+        first = std::move(*file);
+        reference = f;
+    }
     if (!first) return;
+    const std::string reference_name = files[std::size_t(reference)].filename().string();
     for (std::string& warning : first->warnings) findings_.warn(std::move(warning));
     const std::int64_t points = first->mesh.positions.rows();
-    if (points == 0) return problem(ErrorCode::invalid, fmt::format("{} has no vertices", files[0].string()));
+    if (points == 0) return problem(ErrorCode::invalid, fmt::format("{} has no vertices", reference_name));
     const auto frames = std::int64_t(files.size());
     if (frames * points > kMaxValues / 3) return problem(ErrorCode::limit_exceeded, fmt::format("{} meshes are more than fits into memory", files.size()));
     clip_.vertices.emplace(frames, points);
-    clip_.vertices->frame(0) = first->mesh.positions;
+    for (std::int64_t f = 0; f <= reference; ++f) clip_.vertices->frame(f) = first->mesh.positions;
     std::vector<std::optional<Error>> errors(files.size());
     std::vector<std::int64_t> counts(files.size(), points);
     std::mutex progress_mutex;
-    std::int64_t done = 1;
-    parallel_for(frames - 1, [&](std::int64_t i) {
-        const std::int64_t f = i + 1;
+    std::int64_t done = reference + 1;
+    parallel_for(frames - reference - 1, [&](std::int64_t i) {
+        const std::int64_t f = reference + 1 + i;
         const auto positions = read_positions(files[std::size_t(f)]);
         if (!positions) {
-            errors[std::size_t(f)] = positions.error();
+            errors[std::size_t(f)] = in_frame(positions.error(), f);
         } else if (positions->rows() != points) {
             counts[std::size_t(f)] = positions->rows();
         } else {
@@ -84,7 +99,7 @@ void ClipReader::read_mesh_sequence(const std::vector<fs::path>& files) {
     });
     for (std::size_t f = 0; f < errors.size(); ++f) {
         if (errors[f]) findings_.problem(*errors[f]);
-        // The first stands for those that are left out, so that nothing else is found wrong with them.
+        // The first that can be read stands for those that are left out, so that nothing else is found wrong with them.
         if (errors[f] || counts[f] != points) clip_.vertices->frame(std::int64_t(f)) = first->mesh.positions;
     }
     std::map<std::int64_t, IndexRanges> frames_of_count;
@@ -95,7 +110,7 @@ void ClipReader::read_mesh_sequence(const std::vector<fs::path>& files) {
         if (of_count.count() > 1) which += " to " + files[std::size_t(of_count.last())].filename().string();
         findings_.problem_of_list(ErrorCode::mismatch, [&](std::size_t most) {
             return fmt::format("{} ({}) {} {} vertices, but {} has {}", which, of_count.text("frame", "frames", most), of_count.count() == 1 ? "has" : "have", count,
-                               files[0].filename().string(), points);
+                               reference_name, points);
         });
     }
     sequence_mesh_ = std::move(first->mesh);

@@ -386,6 +386,20 @@ TEST_F(BadClip, CheckNamesEveryPointAndFrameInFewLines) {
     expect_message(path, {"marker 5 of frames 0, 2, 4, 6, 8, 10, 12, 14, ... (20 in all) is infinite"});
 }
 
+TEST_F(BadClip, NumbersThatAreNotFiniteInNumberedMeshesAreNamedByFrameAndVertex) {
+    const TemporaryFolder meshes;
+    const std::string plane = "v 0 0 0\nv 200 0 0\nv 0 250 0\nf 1 2 3\n", bad = "v 0 0 0\nv 200 nan 0\nv inf 250 0\nf 1 2 3\n";
+    const std::string ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+    for (int f = 0; f < 4; ++f) write_file(meshes / ("f" + std::to_string(f + 7) + ".obj"), f % 2 == 0 ? bad : plane);
+    const std::string text = check_clip(meshes.path()).text();
+    for (const char* said : {"f7.obj: line 2: vertices 1-2 are not finite (frame 0)\n", "f9.obj: line 2: vertices 1-2 are not finite (frame 2)\n"})
+        EXPECT_NE(text.find(said), std::string::npos) << said << "\n" << text;
+    expect_message(meshes.path(), {"f7.obj: line 2: vertices 1-2 are not finite (frame 0)"});
+    const TemporaryFolder plies;
+    for (int f = 0; f < 3; ++f) write_file(plies / ("f" + std::to_string(f) + ".ply"), ply + "0 0 0\n200 0 0\n0 " + (f == 2 ? "nan" : "250") + " 0\n");
+    expect_message(plies.path(), {"f2.ply: vertex 2 is not finite (frame 2)"});
+}
+
 TEST_F(BadClip, CheckNamesEveryMeshThatDoesNotFit) {
     const TemporaryFolder meshes;
     write_obj(meshes / "f0.obj", small_head());
