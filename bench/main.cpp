@@ -30,7 +30,7 @@ namespace {
 using namespace mien;
 
 struct Arguments {
-    std::vector<std::string> clips;
+    std::vector<std::string> clips, made;
     std::string json, csv, html, markdown, model, sheet;
     double high_pass = 4;
     bench::SuiteOptions suite;
@@ -330,8 +330,9 @@ Result<void> guard_files(const Arguments& arguments) {
 }
 
 int only_write_pages(const Arguments& arguments) {
-    const auto report = bench::read_json(arguments.json);
+    auto report = bench::read_json(arguments.json);
     if (!report.ok()) return complain(report.error().message);
+    report->commands.insert(report->commands.begin(), arguments.made.begin(), arguments.made.end());
     write_pages(arguments, *report);
     return tools::kDone;
 }
@@ -351,6 +352,7 @@ int main(int argc, char** argv) {
     app.add_option("--csv", a.csv, "Report as CSV");
     app.add_option("--html", a.html, "Report as one HTML page");
     app.add_option("--markdown", a.markdown, "Tables as Markdown");
+    app.add_option("--made", a.made, "A command that made a clip of the report, for the pages of one that is there; may be given again")->allow_extra_args(false);
     app.add_flag("--force", a.suite.force, "Run rows again that are there already, and replace files that are no reports of this program");
     app.add_flag("--smoke", a.smoke, "Little of everything in a minute: 12 frames, of a clip of its own when none is named");
     app.add_flag("--quiet,-q", a.quiet, "No progress, no tables");

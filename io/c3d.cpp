@@ -187,9 +187,9 @@ Result<MarkerTake> parse_c3d(ByteView bytes) {
                 const float value = floats ? fields.f32(at + 4 * axis) : float(fields.i16(at + 2 * axis)) * scale;
                 to[axis] = residual < 0 ? std::numeric_limits<float>::quiet_NaN() : value;
             }
-            if (std::isnan(to[0]) || std::isnan(to[1]) || std::isnan(to[2])) to[0] = to[1] = to[2] = std::numeric_limits<float>::quiet_NaN();
         }
     if (!fields.ok()) return Error{ErrorCode::truncated, "the C3D file's parameters point past its end"};
+    settle_missing(take);
     return take;
 }
 

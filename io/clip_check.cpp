@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "io/clip_folder.hpp"
@@ -36,32 +37,46 @@ void measure_box(const Clip& clip, ClipReport& report) {
     }
 }
 
+/// Frames of one part that cannot be read, by why: a video that is cut off says the same of many.
+class UnreadFrames {
+public:
+    void add(std::int64_t frame, const Error& why) { frames_of_why_[why.message].add(frame); }
+    void report(Findings& findings, const char* one, const char* many) const {
+        for (const auto& [why, frames] : frames_of_why_) findings.problem(ErrorCode::damaged, fmt::format("{}: {}", frames.text(one, many), why));
+    }
+
+private:
+    std::map<std::string, IndexRanges> frames_of_why_;
+};
+
 /// Frames that cannot be decoded show only when they are read.
 void check_texture(const Clip& clip, Findings& findings, const Progress& progress) {
     if (!clip.texture) return;
-    CappedFindings wrong(findings, Severity::problem, ErrorCode::damaged, "texture frames that cannot be read");
+    UnreadFrames unread;
     const std::int64_t frames = std::min(clip.texture->frames(), std::max<std::int64_t>(clip.frame_count(), 1));
     for (std::int64_t f = 0; f < frames; ++f) {
-        if (const auto image = clip.texture->read(f); !image) wrong.add(fmt::format("texture frame {}: {}", f, image.error().message));
+        if (const auto image = clip.texture->read(f); !image) unread.add(f, image.error());
         if (progress) progress("checking texture", f + 1, frames);
     }
+    unread.report(findings, "texture frame", "texture frames");
 }
 
 /// Reads every scan: what cannot be read or is infinite is a problem. Returns the share of texels that were seen.
 double check_scans(const Clip& clip, Findings& findings, const Progress& progress) {
-    CappedFindings wrong(findings, Severity::problem, ErrorCode::damaged, "scans that cannot be read");
+    UnreadFrames unread;
     const std::int64_t frames = std::min(clip.scans->frames(), std::max<std::int64_t>(clip.frame_count(), 1));
     std::int64_t seen = 0, all = 0;
     for (std::int64_t f = 0; f < frames; ++f) {
         const auto scan = clip.scans->read(f);
         if (!scan) {
-            wrong.add(fmt::format("scan {}: {}", f, scan.error().message));
+            unread.add(f, scan.error());
             continue;
         }
         for (std::size_t i = 0; i < scan->medium.values.size(); i += 3) seen += std::isfinite(scan->medium.values[i]);
         all += std::int64_t(scan->medium.values.size() / 3);
         if (progress) progress("checking scans", f + 1, frames);
     }
+    unread.report(findings, "scan", "scans");
     if (all > 0 && seen == 0) findings.problem(ErrorCode::invalid, "the scans show no texel at all");
     return all > 0 ? double(seen) / double(all) : 0;
 }

@@ -43,8 +43,8 @@ struct ClipReport {
     std::string json() const;      ///< the same for scripts
 };
 
-/// Reads all of a clip, every frame of its texture too, and lists every inconsistency by name and frame (long lists end in
-/// "and N more"). A size that fits no head is a problem here.
+/// Reads all of a clip, every frame of its texture too, and lists every inconsistency by name and frame; those of one kind are
+/// listed together. A size that fits no head is a problem here.
 ClipReport check_clip(const std::filesystem::path& path, const Progress& progress = {});
 
 }  // namespace mien::io

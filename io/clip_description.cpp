@@ -87,7 +87,9 @@ public:
     }
     void problem(const char* key, std::string_view what) {
         findings_.problem(ErrorCode::invalid, fmt::format("clip.json: \"{}\" {}", key, what));
+        unread_.insert(key);
     }
+    std::set<std::string> unread() const { return unread_; }
     void warn_of_the_rest() {
         for (const auto& [key, value] : json_.items())
             findings_.warn(fmt::format("clip.json: the key \"{}\" is unknown and ignored", key.substr(0, 60)));
@@ -97,6 +99,7 @@ private:
     Json json_;
     fs::path folder_;
     Findings& findings_;
+    std::set<std::string> unread_;
 };
 
 ClipDescription::Targets take_targets(Keys& keys) {
@@ -175,6 +178,10 @@ std::optional<Unit> take_unit(Keys& keys) {
 void place_recording(const fs::path& path, ClipDescription& description, Findings& findings) {
     const std::string ending = lower_case(path.extension().string()), stem = lower_case(path.stem().string());
     std::optional<fs::path>* place = nullptr;
+    const auto unreadable = [&](Error error) {
+        findings.problem(std::move(error));
+        description.unread.insert({"vertices", "markers", "weights"});  // it may hold any of them
+    };
     if (ending == ".trc" || ending == ".c3d") {
         place = &description.markers;
     } else if (ending == ".npy") {
@@ -186,7 +193,7 @@ void place_recording(const fs::path& path, ClipDescription& description, Finding
         else if (stem == "gaze") place = &description.gaze;
         else {
             const auto array = read_npy_shape(path);
-            if (!array) return findings.problem(array.error());
+            if (!array) return unreadable(array.error());
             if (array->size() == 3 && (*array)[2] == 3)
                 place = (*array)[1] > 2000 ? &description.vertices : &description.markers;
             else if (array->size() == 2)
@@ -194,11 +201,11 @@ void place_recording(const fs::path& path, ClipDescription& description, Finding
         }
     } else if (ending == ".csv") {
         const auto text = read_text(path);
-        if (!text) return findings.problem(text.error());
+        if (!text) return unreadable(text.error());
         if (is_live_link(*text) || stem == "weights") place = &description.weights;
         else if (stem == "markers") place = &description.markers;
         else if (const auto table = parse_number_table(*text)) place = names_markers(*table) ? &description.markers : &description.weights;
-        else return findings.problem(in_file(path, table.error()));
+        else return unreadable(in_file(path, table.error()));
     }
     if (!place) return findings.warn(fmt::format("{} is not used: nothing tells what it holds", path.string()));
     if (*place) return findings.warn(fmt::format("{} is not used: {} is taken already", path.string(), (*place)->string()));
@@ -236,8 +243,12 @@ void guess_folder(const fs::path& folder, ClipDescription& description, Findings
         } else if (has_vertices) {
             findings.warn(fmt::format("{} is not used: there are vertices already", (folder / set.pattern).string()));
         } else {
-            if (const auto whole = check_no_gap(set); !whole) findings.problem(whole.error());
-            description.vertex_files = std::move(set.paths);
+            if (const auto whole = check_no_gap(set); whole) {
+                description.vertex_files = std::move(set.paths);
+            } else {
+                findings.problem(whole.error());
+                description.unread.insert("vertices");
+            }
         }
     }
 
@@ -246,18 +257,18 @@ void guess_folder(const fs::path& folder, ClipDescription& description, Findings
     if (!pictures.empty() && (pictures[0].paths.size() > 1 || !description.texture)) {
         if (pictures.size() > 1 && pictures[1].paths.size() == pictures[0].paths.size())
             findings.warn(fmt::format("several pictures could be the texture; {} is taken", pictures[0].pattern));
-        if (const auto whole = check_no_gap(pictures[0]); !whole) findings.problem(whole.error());
         if (description.texture)
             findings.warn(fmt::format("{} is not used: the texture is {}", description.texture->string(), pictures[0].pattern));
         description.texture.reset();
-        description.texture_files = std::move(pictures[0].paths);
+        if (const auto whole = check_no_gap(pictures[0]); whole) description.texture_files = std::move(pictures[0].paths);
+        else findings.problem(whole.error());
     }
     description.sound = only_file(folder, {".wav", ".flac"}, "sound", findings);
 }
 
 }  // namespace
 
-ClipDescription parse_description(std::string_view json, const fs::path& folder, Findings& findings) {
+std::optional<ClipDescription> parse_description(std::string_view json, const fs::path& folder, Findings& findings) {
     ClipDescription description;
     if (json.starts_with("\xef\xbb\xbf")) json.remove_prefix(3);
     // Deep nesting would exhaust the stack inside the parser.
@@ -275,12 +286,12 @@ ClipDescription parse_description(std::string_view json, const fs::path& folder,
             std::string_view why = error.what();
             if (const std::size_t end = why.find("] "); end != std::string_view::npos) why.remove_prefix(end + 2);
             findings.problem(ErrorCode::damaged, fmt::format("clip.json is not JSON: {}", why));
-            return description;
+            return std::nullopt;
         }
     }
     if (!parsed.is_object()) {
         findings.problem(ErrorCode::damaged, "clip.json is not a JSON object { \"fps\": ... }");
-        return description;
+        return std::nullopt;
     }
     Keys keys(std::move(parsed), folder, findings);
     description.frame_rate = take_rate(keys);
@@ -310,6 +321,7 @@ ClipDescription parse_description(std::string_view json, const fs::path& folder,
         else keys.problem("weight_names", "is not a list of names");
     }
     keys.warn_of_the_rest();
+    description.unread = keys.unread();
     return description;
 }
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -41,10 +42,12 @@ struct ClipDescription {
     };
     Targets blendshapes;
     std::vector<std::string> weight_names;
+    std::set<std::string> unread;                   ///< keys whose values, or parts of them, could not be used
 };
 
-/// Parses clip.json. `folder`: what relative paths start from. What is wrong goes to `findings`; the rest is still returned.
-ClipDescription parse_description(std::string_view json, const std::filesystem::path& folder, Findings& findings);
+/// Parses clip.json. `folder`: what relative paths start from. What is wrong goes to `findings`; the rest is still returned, nothing
+/// only if the text is no JSON object.
+std::optional<ClipDescription> parse_description(std::string_view json, const std::filesystem::path& folder, Findings& findings);
 
 /// Tells what a folder without clip.json, or a single file, holds.
 ClipDescription guess_description(const std::filesystem::path& path, Findings& findings);

@@ -7,6 +7,7 @@
 #include "core/clip.hpp"
 #include "io/clip_reader.hpp"
 #include "io/file.hpp"
+#include "io/text.hpp"
 
 namespace mien::io {
 namespace {
@@ -15,14 +16,23 @@ namespace fs = std::filesystem;
 
 constexpr Rational kUnsetRate{30, 1};
 
+/// NPY files hold numbers alone; others may bring a frame rate or a mesh.
+bool tells_nothing_else(const std::optional<fs::path>& path) { return path && lower_case(path->extension().string()) == ".npy"; }
+
 }  // namespace
 
 ClipReading ClipReader::read() {
     if (!describe()) return std::move(reading_);
     read_vertices();
+    note_unread("vertices", description_.vertices || !description_.vertex_files.empty(), clip_.vertices.has_value());
     read_markers_file();
+    note_unread("markers", description_.markers.has_value(), clip_.markers.has_value());
     read_neutral();
+    // The first mesh of a sequence may stand for it.
+    const bool of_sequence = unread("vertices") && !tells_nothing_else(description_.vertices);
+    note_unread("neutral", description_.neutral || of_sequence, clip_.neutral.has_value());
     read_weights();
+    note_unread("weights", description_.weights.has_value(), clip_.weights.has_value());
     read_blendshapes();
     read_sites();
     read_rigid();
@@ -50,17 +60,22 @@ bool ClipReader::describe() {
     if (fs::is_directory(path, error) && fs::exists(path / "clip.json", error)) {
         const auto json = take(read_text(path / "clip.json", 64 << 20));
         if (!json) return false;
-        description_ = parse_description(*json, path, findings_);
+        auto description = parse_description(*json, path, findings_);
+        if (!description) return false;
+        description_ = std::move(*description);
     } else {
         description_ = guess_description(path, findings_);
         guessed_ = true;
     }
+    sources_.unread = description_.unread;
     if (options_.frame_rate) {
+        sources_.unread.erase("fps");
         if (description_.frame_rate && *description_.frame_rate != *options_.frame_rate)
             findings_.warn(fmt::format("clip.json says {} frames a second, but the asked {} count", to_string(*description_.frame_rate), to_string(*options_.frame_rate)));
         description_.frame_rate = options_.frame_rate;
     }
     if (options_.unit) {
+        sources_.unread.erase("unit");
         if (description_.unit && *description_.unit != *options_.unit)
             findings_.warn(fmt::format("clip.json says its unit is {}, but the asked {} counts", name_of(*description_.unit), name_of(*options_.unit)));
         description_.unit = options_.unit;
@@ -78,7 +93,7 @@ std::string ClipReader::how_to_set(const char* key, const std::string& value) co
 }
 
 void ClipReader::settle_rate() {
-    for (std::size_t i = 0; i < rates_.size(); ++i) {
+    for (std::size_t i = 0; i < rates_.size() && !unread("fps"); ++i) {
         const auto& [name, rate] = rates_[i];
         const Rational used = description_.frame_rate ? *description_.frame_rate : rates_[0].second;
         if (std::abs(rate.value() / used.value() - 1) > 1e-3)
@@ -88,7 +103,9 @@ void ClipReader::settle_rate() {
     else if (!rates_.empty()) clip_.frame_rate = rates_[0].second;
     else {
         clip_.frame_rate = kUnsetRate;
-        findings_.warn("nothing tells the frame rate, so 30 is taken; " + how_to_set("fps", "30"));
+        if ((unread("markers") && !tells_nothing_else(description_.markers)) || (unread("weights") && !tells_nothing_else(description_.weights)))
+            sources_.unread.insert("fps");
+        if (!unread("fps")) findings_.warn("nothing tells the frame rate, so 30 is taken; " + how_to_set("fps", "30"));
     }
 }
 
@@ -101,7 +118,8 @@ void ClipReader::settle_unit() {
         const bool markers_tell = marker_unit_ && !clip_.neutral && !clip_.vertices;
         const auto guess = markers_tell ? marker_unit_ : size ? plausible_unit(*size) : std::nullopt;
         clip_.unit = guess.value_or(Unit::mm);
-        if (!markers_tell && (clip_.neutral || clip_.vertices || clip_.markers))
+        if (unread("neutral") || (!clip_.neutral && (unread("vertices") || (!clip_.vertices && unread("markers"))))) sources_.unread.insert("unit");
+        if (!unread("unit") && !markers_tell && (clip_.neutral || clip_.vertices || clip_.markers))
             findings_.warn(fmt::format("nothing tells the unit; {} {} is taken; {}", size ? fmt::format("the head is {:.3g} large, so", *size) : "too few points show the head's size, so", name_of(clip_.unit),
                                        how_to_set("unit", fmt::format("\"{}\"", name_of(clip_.unit)))));
     }
@@ -123,8 +141,9 @@ Result<LoadedClip> load_clip(const fs::path& path, const LoadOptions& options) {
     ClipReading reading = read_clip(path, options);
     LoadedClip loaded;
     for (const Finding& finding : reading.findings.all()) {
-        if (finding.severity == Severity::problem) return Error{finding.code, finding.text};
-        loaded.warnings.push_back(finding.text);
+        const std::string& text = finding.brief.empty() ? finding.text : finding.brief;
+        if (finding.severity == Severity::problem) return Error{finding.code, text};
+        loaded.warnings.push_back(text);
     }
     loaded.clip = std::move(reading.clip);
     return loaded;

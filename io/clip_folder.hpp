@@ -13,7 +13,7 @@ namespace mien::io {
 
 struct LoadedClip {
     Clip clip;
-    std::vector<std::string> warnings;  ///< for people; one sentence each
+    std::vector<std::string> warnings;  ///< for people; one sentence each, long lists cut short
 };
 
 struct LoadOptions {

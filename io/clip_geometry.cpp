@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <map>
 #include <mutex>
 
 #include "core/parallel.hpp"
@@ -53,26 +54,41 @@ void ClipReader::read_vertices() {
 void ClipReader::read_mesh_sequence(const std::vector<fs::path>& files) {
     if (!description_.vertices) sources_.vertices = files[0].parent_path().string();
     for (const fs::path& file : files) sources_.vertex_frames.push_back(file.string());
-    auto first = take(read_mesh(files[0]));
+    const auto in_frame = [](Error error, std::int64_t f) {
+        error.message += fmt::format(" (frame {})", f);
+        return error;
+    };
+    std::optional<MeshFile> first;
+    std::int64_t reference = 0;
+    for (std::int64_t f = 0; !first && f < std::int64_t(files.size()); ++f) {
+        auto file = read_mesh(files[std::size_t(f)]);
+        if (!file) {
+            findings_.problem(in_frame(file.error(), f));
+            continue;
+        }
+        first = std::move(*file);
+        reference = f;
+    }
     if (!first) return;
+    const std::string reference_name = files[std::size_t(reference)].filename().string();
     for (std::string& warning : first->warnings) findings_.warn(std::move(warning));
     const std::int64_t points = first->mesh.positions.rows();
-    if (points == 0) return problem(ErrorCode::invalid, fmt::format("{} has no vertices", files[0].string()));
+    if (points == 0) return problem(ErrorCode::invalid, fmt::format("{} has no vertices", reference_name));
     const auto frames = std::int64_t(files.size());
     if (frames * points > kMaxValues / 3) return problem(ErrorCode::limit_exceeded, fmt::format("{} meshes are more than fits into memory", files.size()));
     clip_.vertices.emplace(frames, points);
-    clip_.vertices->frame(0) = first->mesh.positions;
+    for (std::int64_t f = 0; f <= reference; ++f) clip_.vertices->frame(f) = first->mesh.positions;
     std::vector<std::optional<Error>> errors(files.size());
+    std::vector<std::int64_t> counts(files.size(), points);
     std::mutex progress_mutex;
-    std::int64_t done = 1;
-    parallel_for(frames - 1, [&](std::int64_t i) {
-        const std::int64_t f = i + 1;
+    std::int64_t done = reference + 1;
+    parallel_for(frames - reference - 1, [&](std::int64_t i) {
+        const std::int64_t f = reference + 1 + i;
         const auto positions = read_positions(files[std::size_t(f)]);
         if (!positions) {
-            errors[std::size_t(f)] = positions.error();
+            errors[std::size_t(f)] = in_frame(positions.error(), f);
         } else if (positions->rows() != points) {
-            errors[std::size_t(f)] = Error{ErrorCode::mismatch, fmt::format("{} (frame {}) has {} vertices, but {} has {}", files[std::size_t(f)].string(), f,
-                                                                            positions->rows(), files[0].filename().string(), points)};
+            counts[std::size_t(f)] = positions->rows();
         } else {
             clip_.vertices->frame(f) = *positions;
         }
@@ -81,13 +97,22 @@ void ClipReader::read_mesh_sequence(const std::vector<fs::path>& files) {
             options_.progress("reading meshes", ++done, frames);
         }
     });
-    std::size_t more = 0, shown = 0;
-    for (const auto& error : errors) {
-        if (!error) continue;
-        if (shown++ < 8) findings_.problem(*error);
-        else ++more;
+    for (std::size_t f = 0; f < errors.size(); ++f) {
+        if (errors[f]) findings_.problem(*errors[f]);
+        // The first that can be read stands for those that are left out, so that nothing else is found wrong with them.
+        if (errors[f] || counts[f] != points) clip_.vertices->frame(std::int64_t(f)) = first->mesh.positions;
     }
-    if (more > 0) problem(ErrorCode::mismatch, fmt::format("and {} more meshes that do not fit", more));
+    std::map<std::int64_t, IndexRanges> frames_of_count;
+    for (std::size_t f = 0; f < counts.size(); ++f)
+        if (counts[f] != points) frames_of_count[counts[f]].add(std::int64_t(f));
+    for (const auto& [count, of_count] : frames_of_count) {
+        std::string which = files[std::size_t(of_count.first())].string();
+        if (of_count.count() > 1) which += " to " + files[std::size_t(of_count.last())].filename().string();
+        findings_.problem_of_list(ErrorCode::mismatch, [&](std::size_t most) {
+            return fmt::format("{} ({}) {} {} vertices, but {} has {}", which, of_count.text("frame", "frames", most), of_count.count() == 1 ? "has" : "have", count,
+                               reference_name, points);
+        });
+    }
     sequence_mesh_ = std::move(first->mesh);
     sequence_shapes_ = std::move(first->blendshapes);
 }
@@ -99,8 +124,9 @@ void ClipReader::read_neutral() {
         if (!file) {
             // A recording loads without a model that merely lies beside it, as one of compressed geometry.
             const std::string ending = lower_case(description_.neutral->extension().string());
-            if (guessed_ && (ending == ".glb" || ending == ".gltf")) findings_.warn(file.error().message + "; it is not used");
-            else findings_.problem(file.error());
+            if (!guessed_ || (ending != ".glb" && ending != ".gltf")) return findings_.problem(file.error());
+            findings_.warn(file.error().message + "; it is not used");
+            description_.neutral.reset();
             return;
         }
         for (std::string& warning : file->warnings) findings_.warn(std::move(warning));
@@ -112,7 +138,7 @@ void ClipReader::read_neutral() {
         clip_.neutral = std::move(*sequence_mesh_);
         if (clip_.vertices->frames > 1)
             findings_.note(fmt::format("no neutral mesh is named; {} stands for it", fs::path(sources_.neutral).filename().string()));
-    } else if (clip_.vertices) {
+    } else if (clip_.vertices && !unread("neutral")) {
         findings_.warn("no neutral mesh is named: without its triangles the vertices are a cloud of points");
     }
 }

@@ -1,6 +1,7 @@
 #include "io/clip_reader.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 
@@ -27,6 +28,11 @@ void ClipReader::read_markers_file() {
     if (markers->points.points > kMaxMarkers || markers->points.frames > kMaxFrames)
         return problem(ErrorCode::limit_exceeded, fmt::format("{} has more markers or frames than a clip may have", sources_.markers));
     for (const std::string& warning : markers->warnings) findings_.warn(fmt::format("{}: {}", sources_.markers, warning));
+    if (const PointFaults& partly = markers->partly_missing; !partly.empty())
+        findings_.warn_of_list([&](std::size_t most) {
+            return fmt::format("{}: {} time{} a marker lacks one or two of its coordinates, and is missing in that frame: {}", sources_.markers, partly.count(),
+                               partly.count() == 1 ? "" : "s", partly.text(most));
+        });
     if (markers->frame_rate) rates_.emplace_back(sources_.markers, *markers->frame_rate);
     if (markers->unit) {
         marker_unit_ = markers->unit;
@@ -55,26 +61,31 @@ void ClipReader::read_sites() {
     if (!description_.marker_sites.given()) return;
     const auto rows = rows_of(description_.marker_sites);
     if (!rows) return;
+    if (!clip_.neutral && unread("neutral")) return;
     if (!clip_.neutral) return problem(ErrorCode::missing, "marker_sites are places on the neutral mesh, which is not there");
     const auto V = std::size_t(clip_.neutral->positions.rows()), T = clip_.neutral->triangles.size();
-    CappedFindings wrong(findings_, Severity::problem, ErrorCode::invalid, "marker sites that are no place on the mesh");
+    // An entry that is wrong keeps its place, so that the others are not counted wrong.
+    const auto wrong = [&](std::size_t i, std::string what) {
+        problem(ErrorCode::invalid, fmt::format("marker_sites: entry {} {}", i, what));
+        clip_.marker_sites.push_back(Site::at_vertex(0));
+    };
     for (std::size_t i = 0; i < rows->size(); ++i) {
         const std::vector<double>& row = (*rows)[i];
         if (row.size() == 1) {
             if (is_index(row[0], V)) clip_.marker_sites.push_back(Site::at_vertex(std::uint32_t(row[0])));
-            else wrong.add(fmt::format("marker_sites: entry {} names vertex {} of {}", i, row[0], V));
+            else wrong(i, fmt::format("names vertex {} of {}", row[0], V));
         } else if (row.size() == 4) {
             const double sum = row[1] + row[2] + row[3];
             if (!is_index(row[0], T)) {
-                wrong.add(fmt::format("marker_sites: entry {} names triangle {} of {}", i, row[0], T));
+                wrong(i, fmt::format("names triangle {} of {}", row[0], T));
             } else if (!(std::abs(sum - 1) < 1e-3)) {
-                wrong.add(fmt::format("marker_sites: the barycentric coordinates of entry {} sum up to {}, not 1", i, sum));
+                wrong(i, fmt::format("has barycentric coordinates that sum up to {}, not 1", sum));
             } else {
                 const Triangle& t = clip_.neutral->triangles[std::size_t(row[0])];
                 clip_.marker_sites.push_back({{t[0], t[1], t[2]}, {float(row[1] / sum), float(row[2] / sum), float(row[3] / sum)}});
             }
         } else {
-            wrong.add(fmt::format("marker_sites: entry {} has {} numbers; a vertex, or a triangle and three weights are wanted", i, row.size()));
+            wrong(i, fmt::format("has {} numbers; a vertex, or a triangle and three weights are wanted", row.size()));
         }
     }
 }
@@ -83,12 +94,13 @@ void ClipReader::read_rigid() {
     if (!description_.rigid.given()) return;
     const auto rows = rows_of(description_.rigid);
     if (!rows) return;
-    CappedFindings wrong(findings_, Severity::problem, ErrorCode::invalid, "entries of rigid that are no index");
+    std::vector<double> wrong;
     for (const auto& row : *rows)
         for (const double value : row) {
             if (is_index(value, 0xffffffffu)) clip_.rigid.push_back(std::uint32_t(value));
-            else wrong.add(fmt::format("rigid: {} is no index", value));
+            else wrong.push_back(value);
         }
+    if (!wrong.empty()) problem(ErrorCode::invalid, fmt::format("rigid: {} {} no index", fmt::join(wrong, ", "), wrong.size() == 1 ? "is" : "are"));
 }
 
 void ClipReader::read_pose_and_gaze() {
@@ -126,7 +138,7 @@ void ClipReader::read_pose(const fs::path& path) {
         columns = 7;
         values = std::move(table->values);
     }
-    CappedFindings wrong(findings_, Severity::problem, ErrorCode::invalid, "head poses that are no rigid motion");
+    IndexRanges wrong;
     for (std::int64_t f = 0; f < frames; ++f) {
         const float* v = values.data() + f * columns;
         RigidPose pose;
@@ -142,10 +154,14 @@ void ClipReader::read_pose(const fs::path& path) {
             pose.rotation = Eigen::Quaternionf(rotation);
             pose.translation = matrix.topRightCorner<3, 1>();
         }
-        if (!rigid) wrong.add(fmt::format("{}: frame {} is no rotation and translation", path.string(), f));
+        if (!rigid) wrong.add(f);
         pose.rotation.normalize();
         clip_.head_pose.push_back(pose);
     }
+    if (!wrong.empty())
+        findings_.problem_of_list(ErrorCode::invalid, [&](std::size_t most) {
+            return fmt::format("{}: {} no rotation and translation", path.string(), wrong.subject("frame", "frames", most));
+        });
 }
 
 }  // namespace mien::io

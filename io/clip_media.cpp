@@ -50,6 +50,7 @@ std::optional<fs::path> ClipReader::scan_masks() const {
 
 void ClipReader::read_scans() {
     clip_.takes = description_.takes;
+    if (unread("positions_medium") || unread("positions_fine")) return;
     const bool medium = description_.positions_medium.has_value(), fine = description_.positions_fine.has_value();
     if (!medium && !fine) {
         if (description_.albedo) findings_.warn("\"albedo\" is not used: there are no positions_medium and positions_fine");

@@ -30,6 +30,10 @@ private:
         return std::nullopt;
     }
     void problem(ErrorCode code, std::string text) { findings_.problem(code, std::move(text)); }
+    bool unread(const char* key) const { return sources_.unread.contains(key); }
+    void note_unread(const char* key, bool named, bool there) {
+        if (named && !there) sources_.unread.insert(key);
+    }
 
     // clip_folder.cpp
     bool describe();
@@ -59,7 +63,8 @@ private:
     void use_live_link(const std::string& text, const std::filesystem::path& path);
     void read_blendshapes();
     std::string target_name(const std::vector<std::string>& names, std::int64_t i) const;
-    std::optional<Blendshape> read_target(const std::filesystem::path& path);
+    /// One that does not move, and a problem, if it cannot be used.
+    Blendshape read_target(const std::filesystem::path& path);
     void read_target_list(const std::vector<std::filesystem::path>& meshes);
     /// Those that the neutral mesh's own file brings.
     void take_own_targets();

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "io/point_faults.hpp"
 
 namespace mien::io {
 namespace {
@@ -22,94 +25,111 @@ bool all_near(const float* values, std::int64_t count) {
     return (all.abs() <= kFarthest).all();
 }
 
-/// What is wrong with a point, or nothing.
-const char* fault_of(const float* p) {
-    if (std::isnan(p[0]) || std::isnan(p[1]) || std::isnan(p[2])) return "not a number";
-    if (std::isinf(p[0]) || std::isinf(p[1]) || std::isinf(p[2])) return "infinite";
-    return all_near(p, 3) ? nullptr : "more than a kilometre away";
-}
+/// What can be wrong with positions, each fault with its points.
+class PositionFaults {
+public:
+    PositionFaults(const char* one, const char* many) : not_numbers_(one, many), infinite_(one, many), far_(one, many) {}
+
+    void add(std::int64_t frame, std::int64_t point, const float* p) {
+        if (std::isnan(p[0]) || std::isnan(p[1]) || std::isnan(p[2])) not_numbers_.add(frame, point);
+        else if (std::isinf(p[0]) || std::isinf(p[1]) || std::isinf(p[2])) infinite_.add(frame, point);
+        else if (!all_near(p, 3)) far_.add(frame, point);
+    }
+    void report(Findings& findings, const std::string& source) const {
+        not_numbers_.report(findings, Severity::problem, ErrorCode::invalid, source, "not a number");
+        infinite_.report(findings, Severity::problem, ErrorCode::invalid, source, "infinite");
+        far_.report(findings, Severity::problem, ErrorCode::invalid, source, "more than a kilometre away");
+    }
+
+private:
+    PointFaults not_numbers_, infinite_, far_;
+};
 
 void check_vertices(const PointSequence& vertices, const ClipSources& sources, Findings& findings) {
-    CappedFindings found(findings, Severity::problem, ErrorCode::invalid, "such vertices");
+    const bool file_per_frame = !sources.vertex_frames.empty();
+    PositionFaults faults("vertex", "vertices");
     for (std::int64_t f = 0; f < vertices.frames; ++f) {
         const float* frame = vertices.xyz.data() + f * vertices.points * 3;
         if (all_near(frame, vertices.points * 3)) continue;
-        for (std::int64_t v = 0; v < vertices.points; ++v) {
-            const char* fault = fault_of(frame + v * 3);
-            if (!fault) continue;
-            const auto& source = std::size_t(f) < sources.vertex_frames.size() ? sources.vertex_frames[std::size_t(f)] : sources.vertices;
-            found.add(fmt::format("{}: vertex {} of frame {} is {}", source, v, f, fault));
-        }
+        PositionFaults of_frame("vertex", "vertices");
+        for (std::int64_t v = 0; v < vertices.points; ++v) (file_per_frame ? of_frame : faults).add(f, v, frame + v * 3);
+        if (file_per_frame) of_frame.report(findings, sources.vertex_frames[std::size_t(f)]);
     }
+    faults.report(findings, sources.vertices);
 }
 
 void check_markers(const PointSequence& markers, const ClipSources& sources, Findings& findings) {
-    std::vector<std::int64_t> present(std::size_t(markers.points));
-    std::int64_t empty_frames = 0, first_empty = -1;
-    {
-        CappedFindings found(findings, Severity::problem, ErrorCode::invalid, "such markers");
-        CappedFindings half(findings, Severity::problem, ErrorCode::invalid, "markers that are missing in part");
-        for (std::int64_t f = 0; f < markers.frames; ++f) {
-            std::int64_t shown = 0;
-            for (std::int64_t m = 0; m < markers.points; ++m) {
-                const float* p = markers.xyz.data() + (f * markers.points + m) * 3;
-                const int nan = std::isnan(p[0]) + std::isnan(p[1]) + std::isnan(p[2]);
-                if (nan == 0 && !all_near(p, 3))
-                    found.add(fmt::format("{}: marker {} of frame {} is {}", sources.markers, m, f, fault_of(p)));
-                else if (nan != 0 && nan != 3)
-                    half.add(fmt::format("{}: marker {} of frame {} lacks some of its coordinates", sources.markers, m, f));
-                if (nan == 0) {
-                    ++shown;
-                    ++present[std::size_t(m)];
-                }
-            }
-            if (shown == 0 && empty_frames++ == 0) first_empty = f;
+    std::vector<bool> present(std::size_t(markers.points));
+    IndexRanges empty_frames, never;
+    PositionFaults faults("marker", "markers");
+    for (std::int64_t f = 0; f < markers.frames; ++f) {
+        bool any = false;
+        for (std::int64_t m = 0; m < markers.points; ++m) {
+            const float* p = markers.xyz.data() + (f * markers.points + m) * 3;
+            if (std::isnan(p[0]) && std::isnan(p[1]) && std::isnan(p[2])) continue;  // missing
+            faults.add(f, m, p);
+            any = present[std::size_t(m)] = true;
         }
+        if (!any) empty_frames.add(f);
     }
-    if (empty_frames == markers.frames) return findings.problem(ErrorCode::invalid, fmt::format("{}: no frame has any marker", sources.markers));
-    if (empty_frames > 0)
-        findings.warn(fmt::format("{}: {} of {} frames have no marker at all, the first is {}", sources.markers, empty_frames, markers.frames, first_empty));
-    CappedFindings never(findings, Severity::warning, ErrorCode::invalid, "markers that are never there");
+    faults.report(findings, sources.markers);
+    if (empty_frames.count() == markers.frames) return findings.problem(ErrorCode::invalid, fmt::format("{}: no frame has any marker", sources.markers));
+    if (!empty_frames.empty())
+        findings.warn_of_list([&](std::size_t most) {
+            return fmt::format("{}: {} of {} frames have no marker at all: {}", sources.markers, empty_frames.count(), markers.frames, empty_frames.text(most));
+        });
     for (std::size_t m = 0; m < present.size(); ++m)
-        if (present[m] == 0) never.add(fmt::format("{}: marker {} is never there", sources.markers, m));
-}
-
-std::string weight_name(const WeightSequence& weights, std::int64_t i) {
-    return weights.names.empty() ? std::to_string(i) : fmt::format("{} ({})", i, weights.names[std::size_t(i)]);
+        if (!present[m]) never.add(std::int64_t(m));
+    if (!never.empty())
+        findings.warn_of_list([&](std::size_t most) {
+            return fmt::format("{}: {} never there", sources.markers, never.subject("marker", "markers", most));
+        });
 }
 
 void check_weights(const WeightSequence& weights, const ClipSources& sources, Findings& findings) {
-    std::int64_t far = 0, far_frame = 0, far_weight = 0;
-    {
-        CappedFindings found(findings, Severity::problem, ErrorCode::invalid, "weights that are not finite");
-        for (std::int64_t f = 0; f < weights.frames; ++f)
-            for (std::int64_t i = 0; i < weights.count; ++i) {
-                const float value = weights.frame(f)[i];
-                if (!std::isfinite(value))
-                    found.add(fmt::format("{}: weight {} of frame {} is {}", sources.weights, weight_name(weights, i), f,
-                                          std::isnan(value) ? "not a number" : "infinite"));
-                else if (std::abs(value) > 2 && far++ == 0)
-                    far_frame = f, far_weight = i;
-            }
-    }
-    if (far > 0)
-        findings.warn(fmt::format("{}: {} values are beyond -2 .. 2, the first is weight {} of frame {}: weights are fractions, not percent", sources.weights,
-                                  far, weight_name(weights, far_weight), far_frame));
+    PointFaults not_numbers("weight", "weights", &weights.names), infinite("weight", "weights", &weights.names), far("weight", "weights", &weights.names);
+    for (std::int64_t f = 0; f < weights.frames; ++f)
+        for (std::int64_t i = 0; i < weights.count; ++i) {
+            const float value = weights.frame(f)[i];
+            if (std::isnan(value)) not_numbers.add(f, i);
+            else if (std::isinf(value)) infinite.add(f, i);
+            else if (std::abs(value) > 2) far.add(f, i);
+        }
+    not_numbers.report(findings, Severity::problem, ErrorCode::invalid, sources.weights, "not a number");
+    infinite.report(findings, Severity::problem, ErrorCode::invalid, sources.weights, "infinite");
+    if (!far.empty())
+        findings.warn_of_list([&](std::size_t most) {
+            return fmt::format("{}: {} values are beyond -2 .. 2, and weights are fractions, not percent: {}", sources.weights, far.count(), far.text(most));
+        });
+}
+
+/// "PART: vertices 3-5 are not finite".
+void check_finite(PointsRef points, const std::string& part, Findings& findings) {
+    if (points.allFinite()) return;
+    IndexRanges wrong;
+    for (Eigen::Index v = 0; v < points.rows(); ++v)
+        if (!points.row(v).allFinite()) wrong.add(v);
+    findings.problem_of_list(ErrorCode::invalid, [&](std::size_t most) {
+        return fmt::format("{}: {} not finite", part, wrong.subject("vertex", "vertices", most));
+    });
 }
 
 void check_mesh(const Mesh& mesh, const ClipSources& sources, Findings& findings) {
-    if (!mesh.positions.allFinite()) {
-        CappedFindings found(findings, Severity::problem, ErrorCode::invalid, "vertices that are not finite");
-        for (Eigen::Index v = 0; v < mesh.positions.rows(); ++v)
-            if (!mesh.positions.row(v).allFinite()) found.add(fmt::format("{}: vertex {} is not finite", sources.neutral, v));
-    }
-    std::size_t folded = 0;
-    for (const Triangle& t : mesh.triangles) folded += t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
-    if (folded > 0) findings.warn(fmt::format("{}: {} triangles name a vertex twice", sources.neutral, folded));
-    std::size_t outside = 0;
-    for (const Vec2& uv : mesh.texcoords) outside += !(uv.x() >= -1e-4f && uv.x() <= 1.0001f && uv.y() >= -1e-4f && uv.y() <= 1.0001f);
-    if (outside > 0)
-        findings.warn(fmt::format("{}: {} of {} texture coordinates are outside 0 .. 1 and show no texel", sources.neutral, outside, mesh.texcoords.size()));
+    check_finite(mesh.positions, sources.neutral, findings);
+    IndexRanges folded, outside;
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+        if (const Triangle& t = mesh.triangles[i]; t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) folded.add(std::int64_t(i));
+    if (!folded.empty())
+        findings.warn_of_list([&](std::size_t most) {
+            return fmt::format("{}: {} triangles name a vertex twice: {}", sources.neutral, folded.count(), folded.text(most));
+        });
+    for (std::size_t i = 0; i < mesh.texcoords.size(); ++i)
+        if (const Vec2& uv = mesh.texcoords[i]; !(uv.x() >= -1e-4f && uv.x() <= 1.0001f && uv.y() >= -1e-4f && uv.y() <= 1.0001f)) outside.add(std::int64_t(i));
+    if (!outside.empty())
+        findings.warn_of_list([&](std::size_t most) {
+            return fmt::format("{}: {} of {} texture coordinates are outside 0 .. 1 and show no texel: {}", sources.neutral, outside.count(), mesh.texcoords.size(),
+                               outside.text(most));
+        });
 }
 
 void check_counts(const Clip& clip, const ClipSources& sources, Findings& findings) {
@@ -128,8 +148,8 @@ void check_counts(const Clip& clip, const ClipSources& sources, Findings& findin
     if (clip.neutral && clip.vertices && clip.vertices->points != vertices)
         mismatch(fmt::format("{} has {} vertices a frame, but {} has {}", sources.vertices, clip.vertices->points, sources.neutral, vertices));
     if (!clip.marker_sites.empty()) {
-        if (!clip.markers) findings.warn("marker_sites are given without markers");
-        else if (std::int64_t(clip.marker_sites.size()) != clip.markers->points)
+        if (!clip.markers && !sources.unread.contains("markers")) findings.warn("marker_sites are given without markers");
+        if (clip.markers && std::int64_t(clip.marker_sites.size()) != clip.markers->points)
             mismatch(fmt::format("marker_sites has {} entries, but {} has {} markers", clip.marker_sites.size(), sources.markers, clip.markers->points));
     }
     if (!clip.blendshapes.empty()) {
@@ -138,14 +158,21 @@ void check_counts(const Clip& clip, const ClipSources& sources, Findings& findin
         for (const Blendshape& shape : clip.blendshapes) {
             if (clip.neutral && shape.offsets.rows() != vertices)
                 mismatch(fmt::format("blendshape {} has {} vertices, but {} has {}", shape.name, shape.offsets.rows(), sources.neutral, vertices));
-            if (!shape.offsets.allFinite()) findings.problem(ErrorCode::invalid, fmt::format("blendshape {} is not finite", shape.name));
+            check_finite(shape.offsets, "blendshape " + shape.name, findings);
         }
     }
-    const bool of_markers = clip.markers && !clip.vertices;
-    const std::int64_t points = of_markers ? clip.markers->points : vertices;
-    CappedFindings outside(findings, Severity::problem, ErrorCode::mismatch, "entries of rigid out of range");
-    for (const std::uint32_t index : clip.rigid)
-        if (index >= points) outside.add(fmt::format("rigid names {} {}, but there are {}", of_markers ? "marker" : "vertex", index, points));
+    const bool of_markers = (clip.markers || sources.unread.contains("markers")) && !clip.vertices && !sources.unread.contains("vertices");
+    const bool known = of_markers ? clip.markers.has_value() : clip.neutral || clip.vertices || (!sources.unread.contains("neutral") && !sources.unread.contains("vertices"));
+    const std::int64_t points = !known ? std::numeric_limits<std::int64_t>::max() : of_markers ? clip.markers->points : vertices;
+    std::vector<std::uint32_t> indices = clip.rigid;
+    std::sort(indices.begin(), indices.end());
+    IndexRanges outside;
+    for (const std::uint32_t index : indices)
+        if (index >= points) outside.add(index);
+    if (!outside.empty())
+        findings.problem_of_list(ErrorCode::mismatch, [&](std::size_t most) {
+            return fmt::format("rigid names {}, but there are {}", of_markers ? outside.text("marker", "markers", most) : outside.text("vertex", "vertices", most), points);
+        });
 }
 
 void check_media(const Clip& clip, const ClipSources& sources, Findings& findings) {
@@ -156,7 +183,7 @@ void check_media(const Clip& clip, const ClipSources& sources, Findings& finding
             findings.problem(ErrorCode::mismatch, fmt::format("{} has {} frames, but the motion has {}", sources.texture, there, frames));
         else if (there != 1 && there > frames)
             findings.warn(fmt::format("{} has {} frames, the motion only {}; the rest is left out", sources.texture, there, frames));
-        if (!clip.neutral || !clip.neutral->has_texcoords())
+        if (clip.neutral ? !clip.neutral->has_texcoords() : !sources.unread.contains("neutral"))
             findings.warn(fmt::format("{} cannot be shown: the neutral mesh has no texture coordinates", sources.texture));
         if (clip.mask && (clip.mask->width != clip.texture->width() || clip.mask->height != clip.texture->height()))
             findings.problem(ErrorCode::mismatch, fmt::format("the mask is {} x {}, but {} is {} x {}", clip.mask->width, clip.mask->height, sources.texture,
@@ -170,6 +197,7 @@ void check_media(const Clip& clip, const ClipSources& sources, Findings& finding
         findings.problem(ErrorCode::mismatch, fmt::format("the last take begins with frame {}, but the motion has {}", clip.takes.back().first, frames));
     if (clip.sound && frames > 0) {
         if (clip.sound->samples.empty()) return findings.problem(ErrorCode::invalid, fmt::format("{} has no samples", sources.sound));
+        if (sources.unread.contains("fps")) return;
         const double picture = double(frames) / clip.frame_rate.value(), off = clip.sound->seconds() - picture;
         if (std::abs(off) > std::max(0.1, 1.5 / clip.frame_rate.value()))
             findings.warn(fmt::format("{} is {:.2f} s {} than the picture ({:.2f} s)", sources.sound, std::abs(off), off > 0 ? "longer" : "shorter", picture));
@@ -232,6 +260,7 @@ void check_size(const Clip& clip, const ClipSources& sources, Findings& findings
         findings.problem(ErrorCode::mismatch, fmt::format("{} is {} large, but {} is {}: are they in one unit?", source, length(*size), sources.neutral, length(*neutral)));
     };
     compare(clip.vertices, sources.vertices, kLeastOfNeutral);
+    if (sources.unread.contains("unit")) return;
     compare(clip.markers, sources.markers, kLeastOfNeutralByMarkers);
 
     const auto size = head_size(clip);
@@ -249,7 +278,8 @@ void check_size(const Clip& clip, const ClipSources& sources, Findings& findings
 
 void validate(const Clip& clip, const ClipSources& sources, Findings& findings) {
     if (!clip.vertices && !clip.markers && !clip.weights) {
-        if (!findings.has_problem())
+        const auto unread = [&](const char* key) { return sources.unread.contains(key); };
+        if (!unread("vertices") && !unread("markers") && !unread("weights"))
             findings.problem(ErrorCode::missing, "the clip has no motion: at least one of vertices, markers and weights is needed");
         return;
     }
@@ -259,13 +289,22 @@ void validate(const Clip& clip, const ClipSources& sources, Findings& findings) 
     if (clip.vertices) check_vertices(*clip.vertices, sources, findings);
     if (clip.markers && clip.markers->frames > 0) check_markers(*clip.markers, sources, findings);
     if (clip.weights) check_weights(*clip.weights, sources, findings);
-    for (std::size_t f = 0; f < clip.head_pose.size(); ++f)
-        if (!clip.head_pose[f].translation.allFinite() || !clip.head_pose[f].rotation.coeffs().allFinite())
-            findings.problem(ErrorCode::invalid, fmt::format("{}: frame {} is not finite", sources.head_pose, f));
-    for (std::size_t f = 0; f < clip.gaze.size(); ++f)
-        for (int eye = 0; eye < 2; ++eye)
-            if (!std::isfinite(clip.gaze[f].yaw[eye]) || !std::isfinite(clip.gaze[f].pitch[eye]))
-                findings.problem(ErrorCode::invalid, fmt::format("{}: frame {} is not finite", sources.gaze, f));
+    const auto frames_are_finite = [&](const std::string& source, std::size_t frames, const auto& finite) {
+        IndexRanges wrong;
+        for (std::size_t f = 0; f < frames; ++f)
+            if (!finite(f)) wrong.add(std::int64_t(f));
+        if (!wrong.empty())
+            findings.problem_of_list(ErrorCode::invalid, [&](std::size_t most) {
+                return fmt::format("{}: {} not finite", source, wrong.subject("frame", "frames", most));
+            });
+    };
+    frames_are_finite(sources.head_pose, clip.head_pose.size(), [&](std::size_t f) {
+        return clip.head_pose[f].translation.allFinite() && clip.head_pose[f].rotation.coeffs().allFinite();
+    });
+    frames_are_finite(sources.gaze, clip.gaze.size(), [&](std::size_t f) {
+        const Gaze& gaze = clip.gaze[f];
+        return std::isfinite(gaze.yaw[0]) && std::isfinite(gaze.yaw[1]) && std::isfinite(gaze.pitch[0]) && std::isfinite(gaze.pitch[1]);
+    });
     check_size(clip, sources, findings);
     check_media(clip, sources, findings);
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <string>
 
 #include "core/clip.hpp"
@@ -14,6 +15,9 @@ struct ClipSources {
                 head_pose = "head_pose", gaze = "gaze";
     std::vector<std::string> vertex_frames;  ///< the file of each frame, when each has its own
     bool unit_asked = false;                 ///< the unit is none of the files' but asked for
+    /// Keys of clip.json that are named but could not be read, "fps" and "unit" also when only such a part would have told them.
+    /// What depends on them is not judged: the cause has been reported.
+    std::set<std::string> unread;
 };
 
 /// Largest side of the bounding box of the present points, mm; nothing when no point is present.

@@ -1,6 +1,7 @@
 #include "io/clip_reader.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
@@ -65,9 +66,12 @@ void ClipReader::read_weights() {
     if (!table->names.empty())
         for (const std::int64_t c : columns) weights.names.push_back(table->names[std::size_t(c)]);
     if (!description_.weight_names.empty()) {
-        if (description_.weight_names.size() != columns.size())
+        if (description_.weight_names.size() == columns.size()) {
+            weights.names = description_.weight_names;
+        } else {
             problem(ErrorCode::mismatch, fmt::format("clip.json has {} weight_names, but {} has {} weights", description_.weight_names.size(), sources_.weights, columns.size()));
-        else weights.names = description_.weight_names;
+            sources_.unread.insert("weight_names");
+        }
     }
     clip_.weights = std::move(weights);
 }
@@ -78,16 +82,20 @@ void ClipReader::use_live_link(const std::string& text, const fs::path& path) {
     LiveLinkTake& recording = *take_result;
     rates_.emplace_back(sources_.weights, recording.frame_rate);
     if (!recording.dropped.empty()) {
-        std::string frames;
-        for (std::size_t i = 0; i < std::min<std::size_t>(recording.dropped.size(), 8); ++i)
-            frames += fmt::format("{}{}", i ? ", " : "", recording.dropped[i]);
-        findings_.warn(fmt::format("{}: {} dropped frames were filled by interpolation ({}{}); {} rows are {} frames", sources_.weights,
-                                   recording.dropped.size(), frames, recording.dropped.size() > 8 ? ", ..." : "", recording.rows,
-                                   recording.weights.frames));
+        IndexRanges dropped;
+        for (const std::int64_t frame : recording.dropped) dropped.add(frame);
+        findings_.warn_of_list([&](std::size_t most) {
+            return fmt::format("{}: {} dropped frames were filled by interpolation ({}); {} rows are {} frames", sources_.weights, dropped.count(),
+                               dropped.text(most), recording.rows, recording.weights.frames);
+        });
     }
-    if (!recording.repeated.empty())
-        findings_.warn(fmt::format("{}: {} rows repeat the timecode before them and were left out, the first is row {}", sources_.weights,
-                                   recording.repeated.size(), recording.repeated[0]));
+    if (!recording.repeated.empty()) {
+        IndexRanges repeated;
+        for (const std::int64_t row : recording.repeated) repeated.add(row);
+        findings_.warn_of_list([&](std::size_t most) {
+            return fmt::format("{}: {} rows repeat the timecode before them and were left out: {}", sources_.weights, repeated.count(), repeated.text(most));
+        });
+    }
     // Recorded geometry has its own pose; angles belong to a clip that is weights alone.
     const bool alone = !clip_.vertices && !clip_.markers;
     const bool moves = std::any_of(recording.head_pose.begin(), recording.head_pose.end(),
@@ -101,9 +109,10 @@ void ClipReader::use_live_link(const std::string& text, const fs::path& path) {
 void ClipReader::read_blendshapes() {
     const auto& targets = description_.blendshapes;
     if (!targets.given()) {
-        if (clip_.weights && !sequence_shapes_.empty()) take_own_targets();
+        if (clip_.weights && !sequence_shapes_.empty() && !unread("blendshapes")) take_own_targets();
         return;
     }
+    if (!clip_.neutral && unread("neutral")) return;
     if (!clip_.neutral) return problem(ErrorCode::missing, "blendshapes are offsets from the neutral mesh, which is not there");
     const Eigen::Index V = clip_.neutral->positions.rows();
     if (!targets.file) return read_target_list(targets.meshes);
@@ -125,7 +134,7 @@ void ClipReader::read_blendshapes() {
         if (meshes.empty()) return problem(ErrorCode::missing, fmt::format("the folder {} has no meshes", path.string()));
         std::vector<Blendshape> shapes;
         for (const fs::path& mesh : meshes)
-            if (auto shape = read_target(mesh)) shapes.push_back(std::move(*shape));
+            shapes.push_back(read_target(mesh));
         order_by_name(std::move(shapes), path);
     } else {
         auto file = take(read_mesh(path));
@@ -139,22 +148,20 @@ std::string ClipReader::target_name(const std::vector<std::string>& names, std::
     return fmt::format("blendshape{:03}", i);
 }
 
-std::optional<Blendshape> ClipReader::read_target(const fs::path& path) {
+Blendshape ClipReader::read_target(const fs::path& path) {
+    const Points& neutral = clip_.neutral->positions;
     const auto positions = take(read_positions(path));
-    if (!positions) return std::nullopt;
-    if (positions->rows() != clip_.neutral->positions.rows()) {
-        problem(ErrorCode::mismatch,
-                fmt::format("{} has {} vertices, but {} has {}", path.string(), positions->rows(), sources_.neutral, clip_.neutral->positions.rows()));
-        return std::nullopt;
-    }
-    return Blendshape{path.stem().string(), *positions - clip_.neutral->positions};
+    if (positions && positions->rows() == neutral.rows()) return {path.stem().string(), *positions - neutral};
+    if (positions) problem(ErrorCode::mismatch, fmt::format("{} has {} vertices, but {} has {}", path.string(), positions->rows(), sources_.neutral, neutral.rows()));
+    // It keeps its place, so that the others are not counted wrong.
+    return {path.stem().string(), Points::Zero(neutral.rows(), 3)};
 }
 
 void ClipReader::read_target_list(const std::vector<fs::path>& meshes) {
     const Eigen::Index V = clip_.neutral->positions.rows();
     for (std::size_t i = 0; i < meshes.size(); ++i) {
         if (meshes[i].empty()) clip_.blendshapes.push_back({target_name({}, std::int64_t(i)), Points::Zero(V, 3)});
-        else if (auto shape = read_target(meshes[i])) clip_.blendshapes.push_back(std::move(*shape));
+        else clip_.blendshapes.push_back(read_target(meshes[i]));
     }
 }
 
@@ -165,30 +172,33 @@ void ClipReader::take_own_targets() {
     };
     if (std::int64_t(sequence_shapes_.size()) == clip_.weights->count) clip_.blendshapes = std::move(sequence_shapes_);
     else if (std::any_of(sequence_shapes_.begin(), sequence_shapes_.end(), named)) order_by_name(std::move(sequence_shapes_), sources_.neutral);
-    else
+    else if (!unread("weight_names"))
         findings_.warn(fmt::format("the {} morph targets of {} are not used: {} has {} weights, of other names", sequence_shapes_.size(), sources_.neutral,
                                    sources_.weights, clip_.weights->count));
 }
 
 void ClipReader::order_by_name(std::vector<Blendshape> shapes, const fs::path& path) {
-    if (!clip_.weights || clip_.weights->names.empty()) {
+    if (!clip_.weights || clip_.weights->names.empty() || unread("weight_names")) {
         clip_.blendshapes = std::move(shapes);
         return;
     }
     std::map<std::string, std::size_t> by_name;
     for (std::size_t i = 0; i < shapes.size(); ++i) by_name[plain_name(shapes[i].name)] = i;
     std::size_t used = 0;
-    CappedFindings idle(findings_, Severity::warning, ErrorCode::missing, "weights without a target");
+    std::vector<std::string> idle;
     for (const std::string& name : clip_.weights->names) {
         const auto at = by_name.find(plain_name(name));
         if (at == by_name.end()) {
-            idle.add(fmt::format("{} has no target for the weight {}, which moves nothing", path.string(), name));
+            idle.push_back(name);
             clip_.blendshapes.push_back({name, Points::Zero(clip_.neutral->positions.rows(), 3)});
         } else {
             clip_.blendshapes.push_back(shapes[at->second]);
             ++used;
         }
     }
+    if (!idle.empty())
+        findings_.warn(fmt::format("{} has no target for the weight{} {}, which move{} nothing", path.string(), idle.size() == 1 ? "" : "s", fmt::join(idle, ", "),
+                                   idle.size() == 1 ? "s" : ""));
     if (used < shapes.size()) findings_.warn(fmt::format("{} has {} targets that no weight names", path.string(), shapes.size() - used));
 }
 

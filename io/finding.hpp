@@ -1,9 +1,11 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "core/result.hpp"
+#include "io/index_ranges.hpp"
 
 namespace mien::io {
 
@@ -18,9 +20,11 @@ struct Finding {
     Severity severity;
     std::string text;  ///< one sentence without a final full stop, naming file, frame and point where there are any
     ErrorCode code = ErrorCode::invalid;
+    std::string brief = {};  ///< the same with its lists cut short; empty: it is short as it stands
 };
+inline constexpr std::size_t kBriefList = 8;  ///< entries of a list that one reads in passing
 
-/// Collects findings; lists longer than a screen end in "and N more".
+/// Collects findings.
 class Findings {
 public:
     void note(std::string text) { add({Severity::note, std::move(text)}); }
@@ -28,42 +32,17 @@ public:
     void warn_gravely(std::string text) { add({Severity::grave, std::move(text)}); }
     void problem(Error error) { add({Severity::problem, std::move(error.message), error.code}); }
     void problem(ErrorCode code, std::string text) { problem({code, std::move(text)}); }
+    /// What holds a list: say(most) has no more than `most` entries of it.
+    using Say = std::function<std::string(std::size_t most)>;
+    void warn_of_list(const Say& say) { add_list(Severity::warning, ErrorCode::invalid, say); }
+    void problem_of_list(ErrorCode code, const Say& say) { add_list(Severity::problem, code, say); }
+    void add_list(Severity severity, ErrorCode code, const Say& say) { add({severity, say(IndexRanges::kAll), code, say(kBriefList)}); }
     void add(Finding finding) { all_.push_back(std::move(finding)); }
 
-    bool has_problem() const {
-        for (const Finding& finding : all_)
-            if (finding.severity == Severity::problem) return true;
-        return false;
-    }
     const std::vector<Finding>& all() const { return all_; }
 
 private:
     std::vector<Finding> all_;
-};
-
-/// The first few of many findings of one kind, then one that says how many more there were.
-class CappedFindings {
-public:
-    CappedFindings(Findings& findings, Severity severity, ErrorCode code, std::string of_what)
-        : findings_(findings), severity_(severity), code_(code), of_what_(std::move(of_what)) {}
-    CappedFindings(const CappedFindings&) = delete;
-    CappedFindings& operator=(const CappedFindings&) = delete;
-    ~CappedFindings() {
-        if (count_ > kShown) findings_.add({severity_, "and " + std::to_string(count_ - kShown) + " more " + of_what_, code_});
-    }
-    bool wants_text() const { return count_ < kShown; }  ///< whether the next one will be shown
-    void add(std::string text) {
-        if (count_++ < kShown) findings_.add({severity_, std::move(text), code_});
-    }
-    void add_unseen() { ++count_; }
-
-private:
-    static constexpr std::size_t kShown = 8;
-    Findings& findings_;
-    Severity severity_;
-    ErrorCode code_;
-    std::string of_what_;
-    std::size_t count_ = 0;
 };
 
 }  // namespace mien::io

@@ -11,6 +11,7 @@
 
 #include "core/byte_io.hpp"
 #include "io/file.hpp"
+#include "io/index_ranges.hpp"
 #include "io/limits.hpp"
 #include "io/surface_names.hpp"
 
@@ -319,14 +320,16 @@ private:
         if (positions.width != 3) return damaged("glTF positions do not have three numbers");
         const std::size_t base = xyz_.size() / 3;
         if (std::int64_t(base) + positions.count > kMaxVertices) return Error{ErrorCode::limit_exceeded, "too many vertices"};
+        IndexRanges not_finite;
         for (std::int64_t v = 0; v < positions.count; ++v) {
             const Eigen::Vector4d p = transform * Eigen::Vector4d(positions.at(v, 0), positions.at(v, 1), positions.at(v, 2), 1);
             for (int axis = 0; axis < 3; ++axis) {
                 const auto value = static_cast<float>(p[axis]);
-                if (!std::isfinite(value)) return Error{ErrorCode::invalid, fmt::format("vertex {} is not finite", v)};
+                if (!std::isfinite(value)) not_finite.add(std::int64_t(base) + v);
                 xyz_.push_back(value);
             }
         }
+        if (!not_finite.empty()) return Error{ErrorCode::invalid, not_finite.subject("vertex", "vertices") + " not finite"};
         MIEN_CHECK(add_texcoords(attributes, positions.count));
         MIEN_CHECK(add_triangles(primitive, positions.count, std::uint32_t(base), part_name(primitive, mesh, node_name)));
         return add_targets(primitive, mesh, base, positions.count, transform);

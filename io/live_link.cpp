@@ -9,6 +9,7 @@
 #include "io/file.hpp"
 #include "io/frame_times.hpp"
 #include "io/limits.hpp"
+#include "io/point_faults.hpp"
 #include "io/text.hpp"
 
 namespace mien::io {
@@ -49,7 +50,7 @@ double timecode_rate(const std::vector<Timecode>& times) {
 struct Row {
     Timecode time;
     std::size_t line = 0;
-    std::vector<float> values;  ///< weights, then the nine angles
+    std::vector<float> values;  ///< weights, then the nine angles; NaN: no finite number
 };
 
 struct Columns {
@@ -98,24 +99,36 @@ Result<std::vector<Row>> parse_rows(Lines& lines, const Columns& columns) {
         if (!time) return refuse(fmt::format("\"{}\" is no timecode HH:MM:SS:FF.sss", fields[0]));
         Row row{*time, lines.number(), {}};
         const auto take = [&](std::size_t column) {
-            const auto value = parse_double(fields[column]);
-            if (!value || !std::isfinite(*value)) return false;
-            row.values.push_back(static_cast<float>(*value));
-            return true;
+            const float value = static_cast<float>(parse_double(fields[column]).value_or(NAN));
+            row.values.push_back(std::isfinite(value) ? value : NAN);
         };
-        for (std::size_t i = 0; i < columns.weights.size(); ++i)
-            if (!take(columns.weights[i])) return refuse(fmt::format("weight {} is not a finite number", columns.names[i]));
-        for (int a = 0; a < kAngleCount; ++a) {
-            if (!columns.angles[a])
-                row.values.push_back(0);
-            else if (!take(*columns.angles[a]))
-                return refuse(fmt::format("angle {} is not a finite number", kAngles[a]));
+        for (const std::size_t column : columns.weights) take(column);
+        for (const auto& column : columns.angles) {
+            if (column) take(*column);
+            else row.values.push_back(0);
         }
         rows.push_back(std::move(row));
         if (std::int64_t(rows.size()) > kMaxFrames) return Error{ErrorCode::limit_exceeded, "too many frames"};
     }
     if (rows.empty()) return Error{ErrorCode::invalid, "the Live Link Face file has no frames"};
     return rows;
+}
+
+/// Every value is a number, or the error names those that are not by weight and frame.
+Result<void> check_finite(const std::vector<Row>& rows, const Columns& columns, const std::vector<std::int64_t>& frame_of_row) {
+    const std::vector<std::string> angle_names(std::begin(kAngles), std::end(kAngles));
+    PointFaults weights("weight", "weights", &columns.names), angles("angle", "angles", &angle_names);
+    std::size_t line = 0;
+    for (std::size_t r = 0; r < rows.size(); ++r)
+        for (std::size_t i = 0; i < rows[r].values.size(); ++i) {
+            if (!std::isnan(rows[r].values[i])) continue;
+            if (line == 0) line = rows[r].line;
+            if (i < columns.names.size()) weights.add(frame_of_row[r], std::int64_t(i));
+            else angles.add(frame_of_row[r], std::int64_t(i - columns.names.size()));
+        }
+    if (line == 0) return {};
+    const bool both = !weights.empty() && !angles.empty();
+    return Error{ErrorCode::invalid, fmt::format("line {}: not a finite number: {}{}{}", line, weights.text(), both ? "; " : "", angles.text())};
 }
 
 }  // namespace
@@ -176,6 +189,7 @@ Result<LiveLinkTake> parse_live_link(std::string_view text) {
         return Error{numbered.error().code, "the timecodes make no sense: " + numbered.error().message};
     }
     const std::vector<std::int64_t>& frame_of_row = numbered->frame_of_row;
+    MIEN_CHECK(check_finite(rows, columns, frame_of_row));
     LiveLinkTake take;
     take.frame_rate = numbered->step > 0 ? usual_rate(rate / numbered->step) : Rational{30, 1};
     for (std::size_t i = 1; i < frame_of_row.size(); ++i)

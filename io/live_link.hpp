@@ -33,7 +33,8 @@ bool is_live_link(std::string_view text);
 
 /// Live Link Face CSV: Timecode HH:MM:SS:FF.sss, BlendShapeCount, weights, and up to nine angles (HeadYaw ... RightEyeRoll,
 /// radians; turns about -y, +x, -z, in this order outermost first: yaw > 0 to the actor's right, pitch > 0 down). The frame number
-/// of a row follows from its timecode, which may pass midnight. Errors: invalid naming the line; a gap of more than 10 s.
+/// of a row follows from its timecode, which may pass midnight. Errors: invalid naming the line, and of numbers that are not
+/// finite every weight and frame; a gap of more than 10 s.
 Result<LiveLinkTake> parse_live_link(std::string_view text);
 Result<LiveLinkTake> read_live_link(const std::filesystem::path& path);
 

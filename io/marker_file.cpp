@@ -1,6 +1,7 @@
 #include "io/marker_file.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -77,22 +78,21 @@ bool names_markers(const NumberTable& table) {
 Result<MarkerTake> parse_marker_table(const NumberTable& table) {
     MarkerTake take;
     // Blanks say that a marker is missing; a line that ends early may have been cut.
-    if (table.short_lines > 0)
-        take.warnings.push_back(fmt::format("{} line{} fewer columns than the first, as line {}: the markers that they lack are missing", table.short_lines,
-                                            table.short_lines == 1 ? " has" : "s have", table.first_short));
+    if (const IndexRanges& lines = table.short_lines; !lines.empty())
+        take.warnings.push_back(fmt::format("{} {} fewer columns than the first, and the markers that they lack are missing", lines.text("line", "lines"),
+                                            lines.count() == 1 ? "has" : "have"));
     std::vector<std::array<std::int64_t, 3>> columns;
     const auto frame = column_named(table, {"frame", "frame#", "frames"});
     const auto time = column_named(table, {"time_s", "time", "seconds", "t"});
     MIEN_TRY(named, named_columns(table, take.names));
     columns = named;
     if (!columns.empty()) {
-        std::string others;
-        std::size_t count = 0;
+        std::vector<std::string> others;
         for (std::size_t c = 0; c < table.names.size(); ++c) {
             if (std::int64_t(c) == frame || std::int64_t(c) == time || axis_of(table.names[c]).second >= 0) continue;
-            if (count++ < 4) others += (others.empty() ? "" : ", ") + table.names[c].substr(0, 40);
+            others.push_back(table.names[c].substr(0, 40));
         }
-        if (count > 0) take.warnings.push_back(fmt::format("{} columns are no marker's and are not used: {}{}", count, others, count > 4 ? ", ..." : ""));
+        if (!others.empty()) take.warnings.push_back(fmt::format("{} columns are no marker's and are not used: {}", others.size(), fmt::join(others, ", ")));
     } else {
         std::vector<std::int64_t> plain;
         for (std::int64_t c = 0; c < table.columns; ++c)
@@ -129,12 +129,24 @@ Result<MarkerTake> parse_marker_table(const NumberTable& table) {
     for (std::int64_t r = 0; r < table.rows; ++r) {
         auto points = take.points.frame(numbered.frame_of_row[std::size_t(r)]);
         for (std::size_t m = 0; m < columns.size(); ++m) {
-            Vec3 p(table.at(r, columns[m][0]), table.at(r, columns[m][1]), table.at(r, columns[m][2]));
-            if (p.hasNaN()) p.setConstant(kMissing);
-            points.row(Eigen::Index(m)) = p.transpose();
+            points.row(Eigen::Index(m)) << table.at(r, columns[m][0]), table.at(r, columns[m][1]), table.at(r, columns[m][2]);
         }
     }
+    settle_missing(take);
     return take;
+}
+
+void settle_missing(MarkerTake& take) {
+    for (std::int64_t f = 0; f < take.points.frames; ++f) {
+        auto points = take.points.frame(f);
+        for (std::int64_t m = 0; m < take.points.points; ++m) {
+            auto point = points.row(m);
+            const Eigen::Index lacking = point.array().isNaN().count();
+            if (lacking == 0) continue;
+            if (lacking < 3) take.partly_missing.add(f, m);
+            point.setConstant(kMissing);
+        }
+    }
 }
 
 Result<MarkerTake> read_markers(const std::filesystem::path& path) {
@@ -147,6 +159,7 @@ Result<MarkerTake> read_markers(const std::filesystem::path& path) {
         take.points.frames = array.shape[0];
         take.points.points = array.shape[1];
         take.points.xyz = std::move(array.values);
+        settle_missing(take);
         return take;
     }
     const auto named = [&](Result<MarkerTake> take) -> Result<MarkerTake> {

@@ -9,6 +9,7 @@
 #include "core/clip.hpp"
 #include "core/hash.hpp"
 #include "io/number_table.hpp"
+#include "io/point_faults.hpp"
 
 namespace mien::io {
 
@@ -19,7 +20,11 @@ struct MarkerTake {
     std::optional<Rational> frame_rate;  ///< where the file tells it
     std::optional<Unit> unit;            ///< where the file tells it
     std::vector<std::string> warnings;
+    PointFaults partly_missing{"marker", "markers"};  ///< those that lacked one or two of their coordinates, and are missing now
 };
+
+/// One rule for every file: a marker of which any coordinate is missing (NaN) is missing in that frame. Notes them in `take`.
+void settle_missing(MarkerTake& take);
 
 /// A table with columns NAME_x, NAME_y, NAME_z (or NAME.x, "NAME x", NAME:x), `frame` and `time_s` (or `time`) before them if they are
 /// there; or without such names, three columns per marker. Blanks are missing. Rows that frame or time leave out become

@@ -50,7 +50,7 @@ Result<NumberTable> parse_number_table(std::string_view text) {
             }
         }
         while (std::int64_t(fields.size()) > table.columns && fields.back().empty()) fields.pop_back();
-        if (std::int64_t(fields.size()) < table.columns && table.short_lines++ == 0) table.first_short = lines.number();
+        if (std::int64_t(fields.size()) < table.columns) table.short_lines.add(std::int64_t(lines.number()));
         if (std::int64_t(fields.size()) > table.columns)
             return Error{ErrorCode::invalid, fmt::format("line {}: {} columns where the first line has {}", lines.number(), fields.size(), table.columns)};
         for (std::size_t c = 0; c < fields.size(); ++c) {
@@ -75,7 +75,7 @@ Result<NumberTable> read_number_table(const std::filesystem::path& path) {
             return Error{ErrorCode::invalid, fmt::format("{} has shape {}; one or two dimensions are wanted", path.string(), array.shape_text())};
         // An array without values may still have a side of any length.
         if (array.values.empty()) return NumberTable{};
-        return NumberTable{{}, array.shape[0], array.shape.size() == 2 ? array.shape[1] : 1, std::move(array.values)};
+        return NumberTable{{}, array.shape[0], array.shape.size() == 2 ? array.shape[1] : 1, std::move(array.values), {}};
     }
     MIEN_TRY(text, read_text(path));
     auto table = parse_number_table(text);

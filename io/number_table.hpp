@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "io/index_ranges.hpp"
 
 namespace mien::io {
 
@@ -15,7 +16,7 @@ struct NumberTable {
     std::vector<std::string> names;  ///< of the columns, or empty when the file has no header
     std::int64_t rows = 0, columns = 0;
     std::vector<float> values;       ///< rows * columns; a blank is NaN
-    std::size_t short_lines = 0, first_short = 0;  ///< lines with fewer columns than the first one, and the number of their first
+    IndexRanges short_lines;         ///< numbers of those with fewer columns than the first one
 
     float at(std::int64_t row, std::int64_t column) const { return values[std::size_t(row * columns + column)]; }
 };

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <map>
 
+#include "io/index_ranges.hpp"
 #include "io/text.hpp"
 
 namespace mien::io {
@@ -61,14 +62,15 @@ std::vector<NumberedFiles> find_numbered(const fs::path& folder, const std::vect
 }
 
 Result<void> check_no_gap(const NumberedFiles& files) {
+    IndexRanges missing;
     for (std::size_t i = 1; i < files.numbers.size(); ++i) {
         if (files.numbers[i] == files.numbers[i - 1])
             return Error{ErrorCode::mismatch, fmt::format("{} and {} have the same number", files.paths[i - 1].string(), files.paths[i].string())};
-        if (files.numbers[i] != files.numbers[i - 1] + 1)
-            return Error{ErrorCode::mismatch, fmt::format("number {} is missing between {} and {}", files.numbers[i - 1] + 1, files.paths[i - 1].string(),
-                                                          files.paths[i].filename().string())};
+        if (files.numbers[i] != files.numbers[i - 1] + 1) missing.add(files.numbers[i - 1] + 1, files.numbers[i] - 1);
     }
-    return {};
+    if (missing.empty()) return {};
+    return Error{ErrorCode::mismatch, fmt::format("{} missing between {} and {}", missing.subject("number", "numbers"), files.paths.front().string(),
+                                                  files.paths.back().filename().string())};
 }
 
 Result<NumberedFiles> open_numbered(const fs::path& pattern, const std::vector<std::string>& endings) {

@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "io/file.hpp"
+#include "io/index_ranges.hpp"
 #include "io/limits.hpp"
 #include "io/surface_names.hpp"
 #include "io/text.hpp"
@@ -56,18 +57,19 @@ public:
         while (!at_line_end()) ++at_;
         return trimmed({begin, static_cast<std::size_t>(at_ - begin)});
     }
+    /// May be infinite or NaN.
     bool number(float& value) {
         skip_blanks();
         if (at_ != end_ && *at_ == '+') ++at_;
         const auto [next, error] = std::from_chars(at_, end_, value);
         if (error == std::errc::result_out_of_range) {
-            // What is too small for float is zero; what is too large is caught as not finite.
+            // What is too small for float is zero, what is too large infinite.
             value = static_cast<float>(parse_double({at_, next}).value_or(0));
         } else if (error != std::errc()) {
             return false;
         }
         at_ = next;
-        return std::isfinite(value);
+        return true;
     }
     bool integer(std::int64_t& value) {
         if (at_ != end_ && *at_ == '+') ++at_;
@@ -90,6 +92,36 @@ private:
 Error at_line(const Cursor& cursor, ErrorCode code, std::string_view what) {
     return {code, fmt::format("line {}: {}", cursor.line(), what)};
 }
+
+/// The v lines as they come.
+class Vertices {
+public:
+    explicit Vertices(std::size_t text_size) { xyz_.reserve(text_size / 24); }
+
+    Result<void> take(Cursor& cursor) {
+        bool finite = true;
+        for (int i = 0; i < 3; ++i) {
+            float value = 0;
+            if (!cursor.number(value)) return at_line(cursor, ErrorCode::invalid, fmt::format("vertex {} has no three numbers", count()));
+            finite = finite && std::isfinite(value);
+            xyz_.push_back(value);
+        }
+        if (count() > std::size_t(kMaxVertices)) return at_line(cursor, ErrorCode::limit_exceeded, "too many vertices");
+        if (!finite && not_finite_.empty()) first_line_ = cursor.line();
+        if (!finite) not_finite_.add(std::int64_t(count()) - 1);
+        return {};
+    }
+    std::size_t count() const { return xyz_.size() / 3; }
+    Result<Points> points() const {
+        if (!not_finite_.empty()) return Error{ErrorCode::invalid, fmt::format("line {}: {} not finite", first_line_, not_finite_.subject("vertex", "vertices"))};
+        return Points(Eigen::Map<const Points>(xyz_.data(), Eigen::Index(count()), 3));
+    }
+
+private:
+    std::vector<float> xyz_;
+    IndexRanges not_finite_;
+    std::size_t first_line_ = 0;  ///< of not_finite_
+};
 
 /// Names in force where faces stand, and the parts they make.
 class Parts {
@@ -132,10 +164,6 @@ Result<std::uint32_t> resolve(const Cursor& cursor, std::int64_t index, std::siz
     return static_cast<std::uint32_t>(from_zero);
 }
 
-Points to_points(const std::vector<float>& xyz) {
-    return Eigen::Map<const Points>(xyz.data(), Eigen::Index(xyz.size() / 3), 3);
-}
-
 constexpr std::uint32_t kNoTexcoord = 0xffffffffu;
 
 struct Corner {
@@ -164,8 +192,7 @@ Result<Corner> parse_corner(Cursor& cursor, std::size_t vertices, std::size_t te
 
 Result<Mesh> parse_obj(std::string_view text) {
     Mesh mesh;
-    std::vector<float> xyz;
-    xyz.reserve(text.size() / 24);
+    Vertices vertices(text.size());
     std::vector<Corner> polygon;
     Parts parts;
     bool any_texcoord = false, any_without = false;
@@ -173,17 +200,12 @@ Result<Mesh> parse_obj(std::string_view text) {
     for (Cursor cursor(text); !cursor.at_end(); cursor.next_line()) {
         const std::string_view word = cursor.word();
         if (word == "v") {
-            for (int i = 0; i < 3; ++i) {
-                float value = 0;
-                if (!cursor.number(value)) return at_line(cursor, ErrorCode::invalid, "a vertex has no three finite numbers");
-                xyz.push_back(value);
-            }
-            if (xyz.size() > std::size_t(3 * kMaxVertices)) return at_line(cursor, ErrorCode::limit_exceeded, "too many vertices");
+            MIEN_CHECK(vertices.take(cursor));
         } else if (word == "vt") {
             float u = 0, v = 0;
-            if (!cursor.number(u)) return at_line(cursor, ErrorCode::invalid, "a texture coordinate has no finite number");
+            if (!cursor.number(u) || !std::isfinite(u)) return at_line(cursor, ErrorCode::invalid, "a texture coordinate has no finite number");
             cursor.skip_blanks();
-            if (!cursor.at_line_end() && !cursor.number(v))
+            if (!cursor.at_line_end() && (!cursor.number(v) || !std::isfinite(v)))
                 return at_line(cursor, ErrorCode::invalid, "a texture coordinate has no two finite numbers");
             mesh.texcoords.emplace_back(u, v);
             if (mesh.texcoords.size() > std::size_t(3 * kMaxTriangles))
@@ -191,7 +213,7 @@ Result<Mesh> parse_obj(std::string_view text) {
         } else if (word == "f") {
             polygon.clear();
             for (cursor.skip_blanks(); !cursor.at_line_end(); cursor.skip_blanks()) {
-                MIEN_TRY(corner, parse_corner(cursor, xyz.size() / 3, mesh.texcoords.size()));
+                MIEN_TRY(corner, parse_corner(cursor, vertices.count(), mesh.texcoords.size()));
                 polygon.push_back(corner);
             }
             if (polygon.size() < 3) return at_line(cursor, ErrorCode::invalid, "a face has fewer than three corners");
@@ -209,7 +231,8 @@ Result<Mesh> parse_obj(std::string_view text) {
             parts.set(word, cursor.rest_of_line());
         }
     }
-    mesh.positions = to_points(xyz);
+    MIEN_TRY(positions, vertices.points());
+    mesh.positions = std::move(positions);
     if (!any_texcoord) {
         mesh.texcoords.clear();
         mesh.texcoord_triangles.clear();
@@ -224,18 +247,10 @@ Result<Mesh> parse_obj(std::string_view text) {
 }
 
 Result<Points> parse_obj_positions(std::string_view text) {
-    std::vector<float> xyz;
-    xyz.reserve(text.size() / 24);
-    for (Cursor cursor(text); !cursor.at_end(); cursor.next_line()) {
-        if (cursor.word() != "v") continue;
-        for (int i = 0; i < 3; ++i) {
-            float value = 0;
-            if (!cursor.number(value)) return at_line(cursor, ErrorCode::invalid, "a vertex has no three finite numbers");
-            xyz.push_back(value);
-        }
-        if (xyz.size() > std::size_t(3 * kMaxVertices)) return at_line(cursor, ErrorCode::limit_exceeded, "too many vertices");
-    }
-    return to_points(xyz);
+    Vertices vertices(text.size());
+    for (Cursor cursor(text); !cursor.at_end(); cursor.next_line())
+        if (cursor.word() == "v") MIEN_CHECK(vertices.take(cursor));
+    return vertices.points();
 }
 
 Result<Mesh> read_obj(const std::filesystem::path& path) {

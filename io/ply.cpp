@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "io/file.hpp"
+#include "io/index_ranges.hpp"
 #include "io/limits.hpp"
 #include "io/text.hpp"
 
@@ -162,6 +163,7 @@ Result<void> read_vertices(const Element& element, Values& values, Reading& to) 
     if (column[0] < 0 || column[1] < 0 || column[2] < 0) return Error{ErrorCode::invalid, "the PLY vertices lack x, y or z"};
     const bool textured = column[3] >= 0 && column[4] >= 0;
     std::vector<double> row(element.properties.size());
+    IndexRanges not_finite;
     for (std::int64_t v = 0; v < element.count; ++v) {
         for (std::size_t p = 0; p < row.size(); ++p) {
             const Property& property = element.properties[p];
@@ -175,11 +177,12 @@ Result<void> read_vertices(const Element& element, Values& values, Reading& to) 
         if (!values.ok()) return out_of_values(element, v);
         for (int axis = 0; axis < 3; ++axis) {
             const auto value = static_cast<float>(row[std::size_t(column[axis])]);
-            if (!std::isfinite(value)) return Error{ErrorCode::invalid, fmt::format("vertex {} is not finite", v)};
+            if (!std::isfinite(value)) not_finite.add(v);
             to.xyz.push_back(value);
         }
         if (textured) to.vertex_uv.emplace_back(float(row[std::size_t(column[3])]), float(row[std::size_t(column[4])]));
     }
+    if (!not_finite.empty()) return Error{ErrorCode::invalid, not_finite.subject("vertex", "vertices") + " not finite"};
     return {};
 }
 

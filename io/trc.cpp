@@ -66,20 +66,13 @@ Result<MarkerTake> parse_trc(std::string_view text) {
         // Short lines stand for missing markers, but a small file may not ask for a huge table.
         if (xyz.size() > 64 * text.size() + (1 << 20)) return refuse("far fewer columns than markers");
         for (std::int64_t m = 0; m < markers; ++m) {
-            float p[3] = {};
-            bool missing = false;
             for (std::size_t axis = 0; axis < 3; ++axis) {
                 const std::size_t c = std::size_t(m) * 3 + 2 + axis;
-                if (c >= fields.size() || fields[c].empty()) {
-                    missing = true;
-                    continue;
-                }
-                const auto value = parse_double(fields[c]);
+                const bool blank = c >= fields.size() || fields[c].empty();
+                const auto value = blank ? std::numeric_limits<double>::quiet_NaN() : parse_double(fields[c]);
                 if (!value) return refuse(fmt::format("\"{}\" is not a number", fields[c].substr(0, 40)));
-                p[axis] = static_cast<float>(*value);
-                missing = missing || *value != *value;
+                xyz.push_back(static_cast<float>(*value));
             }
-            for (const float value : p) xyz.push_back(missing ? std::numeric_limits<float>::quiet_NaN() : value);
         }
         if (++take.points.frames > kMaxFrames) return refuse("too many frames");
     }
@@ -87,6 +80,7 @@ Result<MarkerTake> parse_trc(std::string_view text) {
     if (take.points.frames == 0) return Error{ErrorCode::invalid, "the TRC file has no frames"};
     if (stated_frames >= 0 && stated_frames != take.points.frames)
         take.warnings.push_back(fmt::format("the TRC header says {} frames, the file has {}", stated_frames, take.points.frames));
+    settle_missing(take);
     return take;
 }
 

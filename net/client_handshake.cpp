@@ -3,6 +3,7 @@
 #include <asio/co_spawn.hpp>
 #include <asio/detached.hpp>
 #include <cassert>
+#include <utility>
 
 #include "net/client_state.hpp"
 
@@ -26,11 +27,11 @@ asio::awaitable<Lost> Client::State::connect_and_play() {
         const std::lock_guard lock(mutex);
         wish.slots = slots;
     }
-    connected_once = true;
     attempts = 0;
     {
         const std::lock_guard lock(mutex);
         ready = true;
+        statistics.reconnects += std::exchange(connected_once, true);
     }
     begin_play(*c);
     if (!over()) set_status(SourceState::playing);

@@ -48,10 +48,6 @@ asio::awaitable<void> Client::State::run() {
             if (stopping) co_return;
             continue;
         }
-        {
-            const std::lock_guard lock(mutex);
-            statistics.reconnects += connected_once;
-        }
         // Of a recording that is over only refinements are missing, and nobody waits for them.
         if (live || !over()) set_status(connected_once ? SourceState::reconnecting : SourceState::connecting, why.reason);
         // Doubling, and half of it by chance, so that the viewers of a restarted server do not all come at once.

@@ -17,6 +17,7 @@
 #include <random>
 #include <set>
 #include <thread>
+#include <utility>
 
 #include "net/connection.hpp"
 
@@ -101,10 +102,6 @@ asio::awaitable<void> Publisher::State::run() {
             set_status(SourceState::failed, why.reason);
             co_return;
         }
-        {
-            const std::lock_guard lock(mutex);
-            ++statistics.reconnects;
-        }
         set_status(SourceState::reconnecting, why.reason);
         const auto longest = std::min<double>(double(options.first_backoff.count()) * std::pow(2.0, std::min(attempts - 1, 20)),
                                               double(options.last_backoff.count()));
@@ -127,11 +124,11 @@ asio::awaitable<Lost> Publisher::State::connect_and_publish() {
     asio::co_spawn(io, write(c), asio::detached);
     if (const auto failed = co_await handshake(c)) co_return *failed;
     c->streaming = true;
-    published_once = true;
     attempts = 0;
     {
         const std::lock_guard lock(mutex);
         ready = true;
+        statistics.reconnects += std::exchange(published_once, true);
     }
     set_status(SourceState::playing);
     co_return co_await receive(c);

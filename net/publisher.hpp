@@ -29,7 +29,7 @@ struct PublisherStatistics {
     std::uint64_t objects = 0;         ///< given to the socket
     std::uint64_t bytes = 0;           ///< likewise, with framing
     std::uint64_t dropped = 0;         ///< objects that were not sent: no connection, or a line too slow
-    std::uint32_t reconnects = 0;
+    std::uint32_t reconnects = 0;      ///< times the server took the stream again; tries that failed do not count
 };
 
 /// Sends a live stream to a server (mien-serve --publish), from a thread of its own. When the connection drops it comes back by itself,

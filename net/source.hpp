@@ -42,7 +42,7 @@ struct SourceStatistics {
     std::uint64_t damaged_groups = 0;   ///< dropped, their checksum or content is wrong
     std::string incomplete;             ///< of a file: why it is not as it was written, its end cut off for instance; empty: it is
     std::uint64_t stale_groups = 0;     ///< dropped, a seek overtook them
-    std::uint32_t reconnects = 0;
+    std::uint32_t reconnects = 0;       ///< times the stream went on after its connection was lost; tries that failed do not count
     double round_trip = 0;              ///< seconds, the latest; 0: none measured (files)
     std::optional<double> line;         ///< bit/s that the line takes; none: not known, as for files, or because little is sent
     double until = 0;                   ///< seconds of a recording up to which what is selected of its motion and texture has come; 0: none since the last seek

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <iterator>
 
+#include "player/help_layout.hpp"
+
 namespace mien::player {
 namespace {
 
@@ -24,6 +26,30 @@ constexpr const char* kHelp[][2] = {
     {"8", "learnt colour"},      {"r", "reset the view"},       {"h, ?, F1", "this help"},    {"q", "quit"},
     {"left mouse", "orbit"},     {"right mouse", "pan"},        {"wheel", "zoom"},            {"drop a file", "play it"},
 };
+
+/// Of the keys (0) or what they do (1).
+float widest(int side) {
+    float most = 0;
+    for (const auto& entry : kHelp) most = std::max(most, ImGui::CalcTextSize(entry[side]).x);
+    return most;
+}
+
+void draw_help(ImVec2 window, float scale) {
+    const ImVec2 padding = ImGui::GetStyle().WindowPadding;
+    const float gap = 14 * scale, keys = widest(0) + gap, column = keys + widest(1) + gap, row = 1.3f * ImGui::GetFontSize();
+    const HelpLayout layout = fit_help(window.x - 2 * padding.x + gap, window.y - 2 * padding.y, int(std::size(kHelp)), column, row);
+    ImGui::SetNextWindowPos({window.x / 2, window.y / 2}, ImGuiCond_Always, {0.5f, 0.5f});
+    ImGui::SetNextWindowSize({(float(layout.columns) * column - gap) * layout.scale + 2 * padding.x, float(layout.rows) * row * layout.scale + 2 * padding.y});
+    ImGui::SetNextWindowBgAlpha(0.8f);
+    ImGui::Begin("help", nullptr, kPlain & ~ImGuiWindowFlags_AlwaysAutoResize);
+    ImGui::SetWindowFontScale(layout.scale);
+    for (int i = 0; i < int(std::size(kHelp)); ++i)
+        for (const int side : {0, 1}) {
+            ImGui::SetCursorPos({padding.x + (float(i / layout.rows) * column + float(side) * keys) * layout.scale, padding.y + float(i % layout.rows) * row * layout.scale});
+            ImGui::TextUnformatted(kHelp[i][side]);
+        }
+    ImGui::End();
+}
 
 }  // namespace
 
@@ -60,22 +86,7 @@ void Overlay::draw(const Content& content) {
         for (const std::string& line : content.statistics) ImGui::TextUnformatted(line.c_str());
         ImGui::End();
     }
-    if (content.help) {
-        ImGui::SetNextWindowPos({size.x / 2, size.y / 2}, ImGuiCond_Always, {0.5f, 0.5f});
-        ImGui::SetNextWindowBgAlpha(0.8f);
-        ImGui::Begin("help", nullptr, kPlain);
-        // Two columns, so that all fits into a small window.
-        constexpr std::size_t kRows = (std::size(kHelp) + 1) / 2;
-        for (std::size_t row = 0; row < kRows; ++row)
-            for (std::size_t i = row; i < std::size(kHelp); i += kRows) {
-                const float left = float(i / kRows) * 300 * scale_;
-                if (i != row) ImGui::SameLine(left);
-                ImGui::TextUnformatted(kHelp[i][0]);
-                ImGui::SameLine(left + 110 * scale_);
-                ImGui::TextUnformatted(kHelp[i][1]);
-            }
-        ImGui::End();
-    }
+    if (content.help) draw_help(size, scale_);
     if (!content.message.empty()) {
         ImGui::SetNextWindowPos({size.x / 2, size.y - 46 * scale_}, ImGuiCond_Always, {0.5f, 1});
         ImGui::SetNextWindowBgAlpha(0.65f);

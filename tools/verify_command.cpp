@@ -110,6 +110,12 @@ Result<std::optional<ordered_json>> compare_texture(const Clip& truth, const Cli
     return std::optional(ordered_json{{"psnr_y_db", comparison.psnr_y()}, {"ssim", comparison.ssim()}, {"frames", comparison.frames()}});
 }
 
+/// Sound that comes at another rate than the clip's ends within a sample of it.
+double missing_seconds(const Sound& truth, const Sound& received) {
+    const double missing = truth.seconds() - received.seconds(), sample = 1.0 / std::min(truth.sample_rate, received.sample_rate);
+    return missing > sample ? missing : 0;
+}
+
 Result<int> verify(const Request& request) {
     const Progress progress = progress_bar(request.json);
     MIEN_TRY(stream, StoredStream::open(request.file));
@@ -137,7 +143,7 @@ Result<int> verify(const Request& request) {
         if (texture) report["texture"] = *texture;
     }
     if (truth.sound && received.sound)
-        report["sound"] = {{"seconds", received.sound->seconds()}, {"missing_s", truth.sound->seconds() - received.sound->seconds()}};
+        report["sound"] = {{"seconds", received.sound->seconds()}, {"missing_s", missing_seconds(*truth.sound, *received.sound)}};
     report["ok"] = complaints.empty();
     end_progress();
 

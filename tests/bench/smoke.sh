@@ -39,7 +39,10 @@ cp r.json before.json
 "$bench" --smoke -q --json r.json >said.txt 2>&1 || complain "going on: $(tail -n 5 said.txt)"
 rows='[.geometry, .timing, .texture, .views]'
 [[ $(jq -S "$rows" before.json) == "$(jq -S "$rows" r.json)" ]] || complain "finished rows were run again"
-"$bench" --json r.json --html again.html >said.txt 2>&1 || complain "pages of a report that is there: $(cat said.txt)"
+"$bench" --json r.json --html again.html --markdown again.md --made "mien stage -o first" --made "mien stage -o second" >said.txt 2>&1 || complain "pages of a report that is there: $(cat said.txt)"
+for page in again.html again.md; do
+    tr '\n' ' ' <"$page" | grep -q "mien stage -o first mien stage -o second mien-bench --smoke" || complain "$page lacks the commands that made the clips"
+done
 grep -q '</html>' again.html || complain "no page of a report that is there"
 
 refuses 2 "name a clip" "$bench"

@@ -111,6 +111,14 @@ for seconds in 1.5 0.02; do
     says "s\.wav is .* s (longer|shorter) than the picture|0:00\.1" "$mien" encode sounding -y -o sounding.mien
     says "PSNR-Y" "$mien" verify sounding.mien sounding
 done
+# A whole sound of another rate than Opus has ends up to a sample earlier or later: it lacks nothing.
+for samples in 4416 4423; do
+    ffmpeg -v error -y -f lavfi -i sine=sample_rate=44100:duration=1 -af "atrim=end_sample=$samples" sounding/s.wav
+    does "$mien" encode sounding -y -o sounding.mien --no-texture
+    "$mien" verify sounding.mien sounding --no-texture --json 2>log.txt | jq -e '.sound.missing_s == 0' >/dev/null || complain "a whole sound of $samples samples lacks something: $(cat log.txt)"
+done
+ffmpeg -v error -y -f lavfi -i sine=sample_rate=48000:duration=0.02 sounding/s.wav
+does "$mien" encode sounding -y -q -o sounding.mien
 does "$mien" decode sounding.mien -o sounding-back
 does "$mien" check sounding-back
 does "$bin/mien-play" --headless sounding.mien -o sounding.png --size 64x64

@@ -66,6 +66,10 @@ TEST(LiveLink, RefusesNonsenseByLine) {
     EXPECT_NE(message(row("10:00:00:02.0", 0) + row("10:00:00:01.0", 0)).find("line 3"), std::string::npos);
     EXPECT_NE(message(row("10:00:00:00.0", 0) + row("10:00:30:01.0", 0)).find("jumps"), std::string::npos);
     EXPECT_NE(message(row("10:00:00:00.0", NAN)).find("JawOpen"), std::string::npos);
+    // Two ticks a frame: the row of line 4 is frame 2, one frame after it was dropped.
+    const std::string bad = message(row("10:00:00:00.0", 0) + row("10:00:00:02.0", 0) + row("10:00:00:04.0", NAN) + row("10:00:00:08.0", INFINITY) +
+                                    "10:00:00:10.0,61,0,x,0.1,0.2,nan,0,0,0,0,0,0\r\n");
+    EXPECT_EQ(bad, "line 4: not a finite number: weight 0 (JawOpen) of frames 2, 4; weight 1 (MouthClose) of frame 5; angle 2 (headroll) of frame 5");
     EXPECT_NE(message("").find("no frames"), std::string::npos);
     EXPECT_EQ(parse_live_link("a,b,c\n1,2,3\n").error().code, ErrorCode::bad_magic);
     EXPECT_FALSE(parse_live_link(""));

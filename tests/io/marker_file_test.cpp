@@ -33,6 +33,7 @@ TEST(MarkerTable, BlanksAreMissingAndLeftOutFramesAreEmpty) {
     EXPECT_EQ(take->points.frame(3)(0, 0), 7);
     EXPECT_TRUE(take->points.frame(3).row(1).array().isNaN().all());
     EXPECT_EQ(take->warnings.size(), 1u);
+    EXPECT_EQ(take->partly_missing.text(), "marker 0 of frame 1");
 }
 
 TEST(MarkerTable, PlainColumnsAreThreePerMarker) {
@@ -63,13 +64,15 @@ TEST(MarkerTable, LinesThatEndEarlyAndOtherColumnsAreToldOf) {
 TEST(Trc, ReadsRateUnitNamesAndBlanks) {
     const auto take = parse_trc("PathFileType\t4\t(X/Y/Z)\ttake.trc\r\n"
                                 "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames\r\n"
-                                "59.94\t59.94\t2\t2\tcm\t59.94\t1\t2\r\nFrame#\tTime\tNose\t\t\tChin\t\t\r\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\r\n\r\n"
-                                "1\t0.000\t1.5\t2\t3\t\t\t\r\n2\t0.017\t4\t5\t6\t7\t8\t9\t\r\n");
+                                "59.94\t59.94\t3\t2\tcm\t59.94\t1\t2\r\nFrame#\tTime\tNose\t\t\tChin\t\t\r\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\r\n\r\n"
+                                "1\t0.000\t1.5\t2\t3\t\t\t\r\n2\t0.017\t4\t5\t6\t7\t8\t9\t\r\n3\t0.033\t4\t\t6\t7\tnan\r\n");
     ASSERT_TRUE(take) << take.error().message;
     EXPECT_EQ(take->frame_rate, (Rational{60000, 1001}));
     EXPECT_EQ(take->unit, Unit::cm);
     EXPECT_EQ(take->names, (std::vector<std::string>{"Nose", "Chin"}));
-    ASSERT_EQ(take->points.frames, 2);
+    ASSERT_EQ(take->points.frames, 3);
+    EXPECT_EQ(take->partly_missing.text(), "markers 0-1 of frame 2");
+    EXPECT_TRUE(take->points.frame(2).array().isNaN().all());
     EXPECT_EQ(take->points.frame(0)(0, 0), 1.5f);
     EXPECT_TRUE(take->points.frame(0).row(1).array().isNaN().all());
     EXPECT_EQ(take->points.frame(1)(1, 2), 9);
@@ -136,6 +139,18 @@ TEST(C3d, ReadsIntegersAndFloatsOfIntelAndDec) {
             EXPECT_TRUE(take->points.frame(1).row(0).array().isNaN().all());
             EXPECT_EQ(take->points.frame(1)(1, 1), 111);
         }
+}
+
+TEST(C3d, AMarkerThatLacksACoordinateIsMissing) {
+    Bytes bytes = c3d(true, false);
+    const std::size_t y = 1024 + 16 + 4;  // of the second point of the first frame
+    ASSERT_EQ(parse_c3d(bytes)->points.frame(0)(1, 1), 11);
+    bytes[y + 2] = std::byte(0xc0), bytes[y + 3] = std::byte(0x7f);
+    const auto take = parse_c3d(bytes);
+    ASSERT_TRUE(take) << take.error().message;
+    EXPECT_TRUE(take->points.frame(0).row(1).array().isNaN().all());
+    EXPECT_EQ(take->points.frame(0)(0, 1), 1);
+    EXPECT_EQ(take->partly_missing.text(), "marker 1 of frame 0") << "and not that whose residual says so";
 }
 
 TEST(C3d, RefusesEveryTruncationAndSurvivesEveryDamagedByte) {

@@ -53,6 +53,13 @@ TEST(Ply, ReadsBothByteOrders) {
     }
 }
 
+TEST(Ply, EveryVertexThatIsNotFiniteIsNamed) {
+    const auto mesh = parse_ply(view("ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+                                     "nan 0 0\n0 0 0\n0 -inf 0\n0 0 inf\n"));
+    ASSERT_FALSE(mesh);
+    EXPECT_EQ(mesh.error().message, "vertices 0, 2-3 are not finite");
+}
+
 TEST(Ply, RefusesEveryTruncationAndSurvivesDamage) {
     const Bytes whole = binary_ply(false);
     for (std::size_t n = 0; n < whole.size(); ++n) {

@@ -61,6 +61,12 @@ TEST(Obj, RefusesNonsenseByLine) {
     }
 }
 
+TEST(Obj, EveryVertexThatIsNotFiniteIsNamed) {
+    const std::string text = "v 0 0 0\n# one\nv nan 0 0\nv 0 inf 0\nv 0 0 0\nv 0 0 1e999\nf 1 2 3\n";
+    for (const Error& error : {parse_obj(text).error(), parse_obj_positions(text).error()}) EXPECT_EQ(error.message, "line 3: vertices 1-2, 4 are not finite");
+    EXPECT_EQ(parse_obj_positions("v 0 0 0\nv 0 0 zero\n").error().message, "line 2: vertex 1 has no three numbers");
+}
+
 TEST(Obj, WritesWhatItReads) {
     Mesh mesh;
     mesh.positions = Points::Random(5, 3) * 100;

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <atomic>
 #include <random>
 
 #include "harness.hpp"
@@ -100,6 +101,24 @@ TEST(Trouble, ManyCutsAtRandomPlacesLoseNothing) {
         if (auto arrival = client.next(20ms)) all.push_back(std::move(*arrival));
     }
     expect_groups(all, served.stream);
+}
+
+TEST(Trouble, OnlyReconnectionsThatSucceedAreCounted) {
+    const Served served(make_stream(10, 300));
+    Proxy proxy(served.server->port());
+    SourceOptions options = unpaced();
+    options.rate = 1;
+    std::atomic<int> tries = 0;
+    options.on_status = [&](const SourceStatus& status) { tries += status.state == SourceState::reconnecting; };
+    Client client({"127.0.0.1", proxy.port(), "take"}, options);
+    ASSERT_TRUE(client.wait_ready(kPatience).ok());
+    proxy.refuse(true);
+    proxy.cut();
+    ASSERT_TRUE(wait_until([&] { return tries >= 4; }));
+    EXPECT_EQ(client.statistics().reconnects, 0u);
+    proxy.refuse(false);
+    ASSERT_TRUE(wait_until([&] { return client.status().state == SourceState::playing; }));
+    EXPECT_EQ(client.statistics().reconnects, 1u);
 }
 
 TEST(Trouble, SeeksDuringAnOutageCountAfterIt) {

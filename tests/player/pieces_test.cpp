@@ -6,6 +6,7 @@
 
 #include "core/environment_error.hpp"
 #include "player/contact_sheet.hpp"
+#include "player/help_layout.hpp"
 #include "player/label.hpp"
 #include "player/options.hpp"
 #include "player/screenshot.hpp"
@@ -135,6 +136,26 @@ TEST(Layers, EverySwitchSwitchesOneThingAndBack) {
         toggle_layer(look, layer);
         EXPECT_TRUE(layer_on(look, layer));
     }
+}
+
+TEST(Help, FitsIntoTheWindowWithItsLettersAsLargeAsCanBe) {
+    // 32 entries, as large as they are drawn at 1 and 2 pixels a point.
+    for (const float pixels : {1.0f, 2.0f})
+        for (const auto& [width, height] : {std::pair(1280.f, 720.f), std::pair(640.f, 480.f), std::pair(480.f, 480.f), std::pair(320.f, 900.f), std::pair(900.f, 200.f), std::pair(240.f, 240.f)}) {
+            const float column = 231 * pixels, row = 17 * pixels;
+            const HelpLayout layout = fit_help(width, height, 32, column, row);
+            EXPECT_GE(layout.columns * layout.rows, 32);
+            EXPECT_LE(float(layout.columns) * column * layout.scale, width * 1.0001f) << width << " x " << height;
+            EXPECT_LE(float(layout.rows) * row * layout.scale, height * 1.0001f) << width << " x " << height;
+            EXPECT_GT(layout.scale, 0.25f);
+        }
+    EXPECT_EQ(fit_help(640, 480, 32, 231, 17).columns, 2);
+    EXPECT_EQ(fit_help(640, 480, 32, 231, 17).scale, 1);
+    EXPECT_EQ(fit_help(300, 600, 32, 231, 17).columns, 1) << "a high window";
+    EXPECT_EQ(fit_help(300, 600, 32, 231, 17).scale, 1);
+    EXPECT_EQ(fit_help(930, 140, 32, 231, 17).columns, 4) << "a low one";
+    EXPECT_EQ(fit_help(930, 140, 32, 231, 17).scale, 1);
+    EXPECT_GT(fit_help(0, 0, 32, 231, 17).rows, 0);
 }
 
 TEST(Statistics, AreJsonWithTheNamesThatScriptsRead) {

@@ -521,11 +521,16 @@ TEST(Messages, EveryByteOfEveryKindMayBeWrong) {
                                    encode(protocol::Index{{{0, 0, 0, 1, 100, 50}, {1, 0, 3, 2, 150, 9}}}), encode(Trailer{77}),
                                    encode(GroupStart{1, 2, 3, 4}), encode(Hello{kWireVersion, "abc"}),
                                    encode(StreamList{{{"a", {30, 1}, 300, false}}}), encode(Want{{counting_hash(3)}}), encode(WantPart{counting_hash(4), 5, 6}), encode(BlobPart{9, literal({7, 8})}),
-                                   encode(Play{1, 2, 3}), encode(Failure{FailureCode::protocol, "why"})};
+                                   encode(Play{1, 2, 3}), encode(Failure{FailureCode::protocol, "why"}), encode(End{4}), encode(LiveBytes{5, literal({1, 2})}),
+                                   encode(ListStreams{}), encode(Open{"take"}), encode(Playing{1, 2}), encode(Pause{false}), encode(Seek{3, 4}), encode(SetRate{500}),
+                                   encode(Select{5}), encode(Ping{6}), encode(Pong{7, 8}), encode(Bye{}), encode(Publish{"me"}), encode(Publishing{300, 9000})};
     for (const StaticBlob& blob : stream.blobs) messages.push_back(encode(blob));
     for (const Group& group : stream.groups) messages.push_back(encode(group));
+    std::vector<bool> kinds(std::variant_size_v<Message>);
     for (const Bytes& message : messages) {
-        ASSERT_TRUE(parse_message(message).ok());
+        const auto whole = parse_message(message);
+        ASSERT_TRUE(whole.ok()) << whole.error().message;
+        kinds[whole->index()] = true;
         for (std::size_t i = 0; i < message.size(); ++i) {
             for (const int value : {0x00, 0xff, std::to_integer<int>(message[i]) ^ 1}) {
                 Bytes damaged = message;
@@ -538,6 +543,7 @@ TEST(Messages, EveryByteOfEveryKindMayBeWrong) {
             }
         }
     }
+    for (std::size_t kind = 0; kind < kinds.size(); ++kind) EXPECT_TRUE(kinds[kind]) << "no message of kind " << kind << " was tried";
 }
 
 TEST(Messages, RandomGroupsComeBack) {

@@ -5,6 +5,7 @@
 
 #include "core/parallel.hpp"
 #include "core/picture_measures.hpp"
+#include "encoder/stream_encoder.hpp"
 #include "tests/texture/clips.hpp"
 
 namespace mien {
@@ -207,6 +208,22 @@ TEST(Texture, MeetsTheBitrateAskedFor) {
     EXPECT_NEAR(double(bytes_of(*encoded)) * 8 / 1000 / 3.0, 60, 6);
     EXPECT_EQ(encoded->rungs[0].asked_kbps, 60);
     EXPECT_NEAR(encoded->rungs[0].kbps, double(bytes_of(*encoded)) * 8 / 1000 / 3.0, 1e-9);
+}
+
+TEST(Texture, ARateThatIsMissedIsWarnedOfAndOneThatIsMetIsNot) {
+    Clip clip = painted_clip(128, 128, 90);
+    clip.weights.emplace(90, 1);
+    encoder::StreamOptions options;
+    options.motion.kind = protocol::MotionKind::weights;
+    options.motion.rms = 0.1;
+    options.group_seconds = 0.5;
+    options.texture->speed = "fast";
+    options.texture->rungs = {{1, 0}, {60, 0}, {1e5, 0}};
+    const auto stream = encoder::encode_stream(clip, options);
+    ASSERT_TRUE(stream.ok()) << stream.error().message;
+    ASSERT_EQ(stream->warnings.size(), 2u);
+    EXPECT_NE(stream->warnings[0].find("where 1 were asked: h264 came no nearer with pictures of 128 x 128 texels"), std::string::npos) << stream->warnings[0];
+    EXPECT_NE(stream->warnings[1].find("where 1e+05 were asked"), std::string::npos) << stream->warnings[1];
 }
 
 TEST_P(EveryCodec, GoesAsLowAsItCanWhereARateCannotBeMet) {
