@@ -32,7 +32,7 @@ Bytes file_of(const protocol::Manifest& manifest, encoder::BlobList& list) {
 
 /// A face of blend coefficients over four markers, with target shapes, eyes and lips: every layer that has no detail.
 Bytes make_face() {
-    const Mesh mesh = mirrored_sheet(4, 7);
+    const Mesh mesh = mirrored_sheet(9, 17);
     encoder::BlobList list;
     protocol::Manifest manifest;
     manifest.actor = "sheet";
@@ -71,10 +71,40 @@ Bytes make_rig() {
     return file_of(manifest, list);
 }
 
+/// Leaves out texels here and there, so that runs of all lengths are transformed.
+void pierce(model::DomainMap& domain, const std::vector<model::PolynomialMap*>& maps) {
+    model::DomainMap rest;
+    rest.width = domain.width;
+    rest.height = domain.height;
+    std::vector<std::uint32_t> kept;
+    for (const auto& run : domain.runs) {
+        const auto begin = std::uint32_t(kept.size());
+        for (std::uint32_t i = run.begin; i < run.end; ++i) {
+            const std::uint32_t x = domain.place[i] % std::uint32_t(domain.width), y = domain.place[i] / std::uint32_t(domain.width);
+            if ((x * x + 3 * y) % 11 < 3 && x > y) continue;
+            kept.push_back(i);
+            rest.place.push_back(domain.place[i]);
+            rest.b1.push_back(domain.b1[i]);
+            rest.b2.push_back(domain.b2[i]);
+        }
+        if (kept.size() > begin) rest.runs.push_back({run.triangle, begin, std::uint32_t(kept.size())});
+    }
+    for (model::PolynomialMap* map : maps) {
+        model::PolynomialMap fewer(map->channels, map->order, kept.size());
+        for (int c = 0; c < map->channels; ++c)
+            for (int k = 0; k < model::term_count(map->order); ++k)
+                for (std::size_t i = 0; i < kept.size(); ++i) fewer.plane(c, k)[i] = map->plane(c, k)[kept[i]];
+        *map = std::move(fewer);
+    }
+    domain = std::move(rest);
+}
+
 /// A small detail model, driven by markers that are not those of its training.
 Result<Bytes> make_detail() {
-    const SmallModel small(12, 16);
-    MIEN_TRY(coded, encoder::encode_detail(small.model, small.moments, "sheet", {.medium = 0.05, .fine = 0.006, .albedo = 0.006, .stages = 3, .mesh_step = 1.0f / 16}));
+    SmallModel small(28, 44);
+    pierce(small.model.medium_domain, {&small.model.medium});
+    pierce(small.model.fine_domain, {&small.model.fine, &small.model.albedo});
+    MIEN_TRY(coded, encoder::encode_detail(small.model, small.moments, "sheet", {.medium = 0.1, .fine = 0.01, .albedo = 0.01, .stages = 3, .mesh_step = 1.0f / 16}));
     MIEN_TRY(manifest, protocol::parse_manifest(coded.blobs[0].bytes));
     coding::DrivingMarkers markers;
     for (std::uint32_t m = 0; m < 5; ++m) markers.sites.push_back({{3 * m, 3 * m + 1, 3 * m + 9}, {0.5f, 0.125f * float(m), 0.5f - 0.125f * float(m)}});
@@ -126,7 +156,7 @@ const std::vector<ModelVector>& model_vectors() {
     static const std::vector<ModelVector> all{
         {"model_face.mien", "a mirrored mesh in parts, with seams; blend coefficients, one eye, lips"},
         {"model_rig.mien", "a mirrored mesh and two target shapes"},
-        {"model_detail.mien", "shell, driving markers, marker domain, masks, three maps of three stages"},
+        {"model_detail.mien", "shell, driving markers, marker domain, masks with holes, three maps of three stages"},
     };
     return all;
 }

@@ -60,8 +60,9 @@ Result<Bytes> make_motion_vector(const MotionVector& vector) {
         options.motion = {.rms = 0.05};
         options.group_seconds.reset();
     } else if (vector.file == "motion_chances.mien") {
-        clip = motion_test::marker_clip(150, 8, false, 0);
-        options.motion = {.kind = protocol::MotionKind::markers, .preset = encoder::MotionPreset::live, .rms = 0.06};
+        clip = motion_test::marker_clip(320, 8, false, 0);
+        options.group_seconds = 0.2;
+        options.motion = {.kind = protocol::MotionKind::markers, .preset = encoder::MotionPreset::live, .rms = 0.03};
     } else {
         clip = motion_test::marker_clip(16, 6, true, 0.03);
         options.motion = {.kind = protocol::MotionKind::markers, .preset = encoder::MotionPreset::guenter98, .rms = 0.3};
