@@ -13,7 +13,7 @@ namespace mien::player {
 
 /// What a run of the player was like; `--stats-json` and the overlay.
 struct Statistics {
-    double startup = 0;                ///< seconds from the start of the process to the first frame drawn
+    double startup = 0;                ///< seconds from the start of the process, or the drop of a file, to the first frame drawn
     std::uint64_t startup_bytes = 0;   ///< received until then
     std::int64_t frames = 0;           ///< drawn
     double frames_per_second = 0;      ///< of decoding and drawing what was received (headless: as fast as it goes)

@@ -13,6 +13,8 @@
 #include "core/environment_error.hpp"
 #include "core/interruption.hpp"
 #include "io/image_file.hpp"
+#include "net/stored_stream.hpp"
+#include "net/url.hpp"
 #include "player/face_view.hpp"
 #include "player/headless.hpp"
 #include "player/overlay.hpp"
@@ -94,6 +96,7 @@ public:
 
 private:
     void open(std::string input);
+    void drop(std::string input, int count, double now);
     void poll_opening(double now);
     void refine(double now);
     void tell_damage(double now);
@@ -112,7 +115,7 @@ private:
     void finish_statistics();
 
     Options options_;
-    double process_start_;
+    double begun_;                         // the process, or when what plays was dropped here
     Glfw glfw_;
     std::unique_ptr<GLFWwindow, DestroyWindow> window_;
     std::optional<Overlay> overlay_;
@@ -137,7 +140,7 @@ private:
 
 PlayerWindow& self(GLFWwindow* window) { return *static_cast<PlayerWindow*>(glfwGetWindowUserPointer(window)); }
 
-PlayerWindow::PlayerWindow(const Options& options, double process_start) : options_(options), process_start_(process_start) {
+PlayerWindow::PlayerWindow(const Options& options, double process_start) : options_(options), begun_(process_start) {
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
@@ -176,7 +179,7 @@ PlayerWindow::PlayerWindow(const Options& options, double process_start) : optio
         player.dirty_ = true;
     });
     glfwSetDropCallback(window, [](GLFWwindow* w, int count, const char** paths) {
-        if (count > 0) self(w).open(paths[0]);
+        if (count > 0) self(w).drop(paths[0], count, steady_seconds());
     });
     const auto refresh = [](GLFWwindow* w) { self(w).dirty_ = true; };
     glfwSetWindowRefreshCallback(window, refresh);
@@ -204,10 +207,26 @@ void PlayerWindow::open(std::string input) {
     framed_ = false;
     failure_.clear();
     unrefined_.clear();
+    statistics_ = {.renderer = statistics_.renderer};
     input_ = std::move(input);
     glfwSetWindowTitle(window_.get(), fmt::format("{} - mien", input_).c_str());
     opening_ = std::async(std::launch::async, open_stream, std::cref(options_), input_, cancelled_);
     dirty_ = true;
+}
+
+/// What plays goes on when the hand slipped: a file that is no stream is named, and nothing else happens.
+void PlayerWindow::drop(std::string input, int count, double now) {
+    if (input.starts_with("file:/")) input.erase(0, 5);   // GLFW takes only file:// off
+    if (playback_ && !net::looks_like_url(input)) {
+        if (const auto stored = net::open_stored_stream(input); !stored.ok()) {
+            fmt::print(stderr, "mien-play: {}\n", stored.error().message);
+            dirty_ = true;
+            return say(stored.error().message, now);
+        }
+    }
+    begun_ = now;
+    open(std::move(input));
+    if (count > 1) say(fmt::format("playing the first of {} files", count), now);
 }
 
 void PlayerWindow::poll_opening(double now) {
@@ -479,7 +498,7 @@ int PlayerWindow::run() {
                 shown_rung_ = frame->texture_rung;
                 fresh = true;
                 if (statistics_.frames++ == 0) {
-                    statistics_.startup = now - process_start_;
+                    statistics_.startup = now - begun_;
                     statistics_.startup_bytes = playback_->session().source->statistics().bytes;
                 }
                 ++counted_;
