@@ -105,7 +105,9 @@ void ClipReader::read_mesh_sequence(const std::vector<fs::path>& files) {
     std::map<std::int64_t, IndexRanges> frames_of_count;
     for (std::size_t f = 0; f < counts.size(); ++f)
         if (counts[f] != points) frames_of_count[counts[f]].add(std::int64_t(f));
-    for (const auto& [count, of_count] : frames_of_count) {
+    for (const auto& entry : frames_of_count) {
+        const std::int64_t count = entry.first;   // clang 14 does not let lambdas have structured bindings
+        const IndexRanges& of_count = entry.second;
         std::string which = files[std::size_t(of_count.first())].string();
         if (of_count.count() > 1) which += " to " + files[std::size_t(of_count.last())].filename().string();
         findings_.problem_of_list(ErrorCode::mismatch, [&](std::size_t most) {

@@ -119,7 +119,7 @@ Result<void> HeadlessRun::open() {
     MIEN_TRY(session, open_session(options_.input, std::move(wanted)));
     session_ = std::move(session);
     const StreamModel& stream = *session_.stream;
-    if (stream.model.neutral.vertex_count() == 0)
+    if (stream.model.point_count() == 0)
         return Error{ErrorCode::missing, "this stream moves weights without a face: there is nothing to draw. mien decode gives its weights"};
     const double rate = stream.frame_rate.value();
     if (stream.live) {

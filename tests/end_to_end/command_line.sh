@@ -180,6 +180,9 @@ mkdir points && echo '{"fps": 30, "unit": "mm", "markers": "m.npy"}' >points/cli
 head -c 480 /dev/zero | npy points/m.npy "4, 10, 3"
 does "$mien" encode points -o still.mien
 does "$mien" verify still.mien points --max-rms 0.1
+mkdir cloud && cp clip/markers.npy cloud/m.npy && cp points/clip.json cloud/
+does "$mien" encode cloud -o cloud.mien
+does "$bin/mien-play" --headless cloud.mien -o cloud.png --size 64x64
 mkdir bad && echo '{"fps": 30, "unit": "mm", "vertices": "v.npy", "neutral": "n.obj"}' >bad/clip.json
 printf 'v 0 0 0\nv 100 0 0\nv 0 100 0\nf 1 2 3\n' >bad/n.obj
 { head -c 36 /dev/zero; head -c 32 /dev/zero; printf '\x00\x00\xc0\x7f'; } | npy bad/v.npy "2, 3, 3"
