@@ -28,8 +28,8 @@ public:
 
 private:
     int width_, height_;
-    std::vector<std::uint8_t> used_;
-    std::vector<float> weight_;  ///< the window's weight on used texels, around each texel
+    std::vector<float> used_;            ///< 0 or 1
+    std::vector<float> inverse_weight_;  ///< 1 / the window's weight on used texels, around each used texel
     std::int64_t used_count_ = 0;
     std::int64_t frames_ = 0;
     double squared_error_ = 0;  ///< sum over frames and used texels
