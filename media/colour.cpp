@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/parallel.hpp"
+#include "core/wide.hpp"
 
 namespace mien::media {
 namespace {
@@ -48,6 +49,76 @@ ChromaWeights chroma_weights(double r, double g, double b, double scale, int bit
     return w;
 }
 
+/// out = (r, g, b weighed, plus `round`) >> shift, cut to a byte.
+template <class Value>
+MIEN_LOOP weigh_loop(const Value* __restrict r, const Value* __restrict g, const Value* __restrict b, ChromaWeights k, int round, int shift, int width,
+                     std::uint8_t* __restrict out) {
+    for (int x = 0; x < width; ++x) out[x] = std::uint8_t(std::clamp((k.r * r[x] + k.g * g[x] + k.b * b[x] + round) >> shift, 0, 255));
+}
+MIEN_LOOP weigh_bytes_loop(const std::uint8_t* r, const std::uint8_t* g, const std::uint8_t* b, ChromaWeights k, int round, int shift, int width,
+                           std::uint8_t* out) {
+    weigh_loop(r, g, b, k, round, shift, width, out);
+}
+MIEN_WIDE(weigh_bytes,
+          (const std::uint8_t* r, const std::uint8_t* g, const std::uint8_t* b, ChromaWeights k, int round, int shift, int width, std::uint8_t* out),
+          (r, g, b, k, round, shift, width, out))
+MIEN_LOOP weigh_sums_loop(const std::uint16_t* r, const std::uint16_t* g, const std::uint16_t* b, ChromaWeights k, int round, int shift, int width,
+                          std::uint8_t* out) {
+    weigh_loop(r, g, b, k, round, shift, width, out);
+}
+MIEN_WIDE(weigh_sums,
+          (const std::uint16_t* r, const std::uint16_t* g, const std::uint16_t* b, ChromaWeights k, int round, int shift, int width, std::uint8_t* out),
+          (r, g, b, k, round, shift, width, out))
+
+/// Sums of 2 rows x 3 columns with the middle column twice, around every second column: 8 times the mean of a block whose
+/// chroma sits at its left edge. `a` and `b` begin one column early.
+MIEN_LOOP halve_loop(const std::uint8_t* __restrict a, const std::uint8_t* __restrict b, int width, std::uint16_t* __restrict out) {
+    for (int x = 0; x < width; ++x)
+        out[x] = std::uint16_t(a[2 * x] + b[2 * x] + 2 * (a[2 * x + 1] + b[2 * x + 1]) + a[2 * x + 2] + b[2 * x + 2]);
+}
+MIEN_WIDE(halve, (const std::uint8_t* a, const std::uint8_t* b, int width, std::uint16_t* out), (a, b, width, out))
+
+/// Chroma of a row of luma, times 4, from the two rows of samples above and below it.
+MIEN_LOOP mix_rows_loop(const std::uint8_t* __restrict a, const std::uint8_t* __restrict b, int weight, int width, int* __restrict out) {
+    for (int x = 0; x < width; ++x) out[x] = (4 - weight) * (a[x] - 128) + weight * (b[x] - 128);
+}
+MIEN_WIDE(mix_rows, (const std::uint8_t* a, const std::uint8_t* b, int weight, int width, int* out), (a, b, weight, width, out))
+
+/// The same across: `chroma[-1]` and `chroma[width]` repeat the samples at the ends. `left`: samples sit on even columns of
+/// luma, else between two.
+MIEN_LOOP spread_loop(const int* __restrict chroma, bool left, int width, int* __restrict out) {
+    if (left) {
+        for (int i = 0; i < width; ++i) {
+            out[2 * i] = 4 * chroma[i];
+            out[2 * i + 1] = 2 * chroma[i] + 2 * chroma[i + 1];
+        }
+    } else {
+        for (int i = 0; i < width; ++i) {
+            out[2 * i] = 3 * chroma[i] + chroma[i - 1];
+            out[2 * i + 1] = 3 * chroma[i] + chroma[i + 1];
+        }
+    }
+}
+MIEN_WIDE(spread, (const int* chroma, bool left, int width, int* out), (chroma, left, width, out))
+
+/// Weights of luma (kBits of fraction) and of 16 times chroma.
+struct RgbWeights {
+    static constexpr int kBits = 16;
+    int offset, luma, r_cr, g_cb, g_cr, b_cb;
+};
+MIEN_LOOP rgb_row_loop(const std::uint8_t* __restrict luma, const int* __restrict cb, const int* __restrict cr, RgbWeights k, int width,
+                       std::uint8_t* __restrict r, std::uint8_t* __restrict g, std::uint8_t* __restrict b) {
+    for (int x = 0; x < width; ++x) {
+        const int base = k.luma * (luma[x] - k.offset) + (1 << (RgbWeights::kBits - 1));
+        r[x] = std::uint8_t(std::clamp((base + k.r_cr * cr[x]) >> RgbWeights::kBits, 0, 255));
+        g[x] = std::uint8_t(std::clamp((base - k.g_cb * cb[x] - k.g_cr * cr[x]) >> RgbWeights::kBits, 0, 255));
+        b[x] = std::uint8_t(std::clamp((base + k.b_cb * cb[x]) >> RgbWeights::kBits, 0, 255));
+    }
+}
+MIEN_WIDE(rgb_row,
+          (const std::uint8_t* luma, const int* cb, const int* cr, RgbWeights k, int width, std::uint8_t* r, std::uint8_t* g, std::uint8_t* b),
+          (luma, cb, cr, k, width, r, g, b))
+
 }  // namespace
 
 YuvImage::YuvImage(int w, int h, Chroma chroma, YuvView::Matrix m, bool full)
@@ -80,46 +151,37 @@ void to_yuv(const Image& picture, YuvImage& yuv) {
                  chroma_scale = yuv.full_range ? 1 : 224.0 / 255;
     constexpr int kBits = 16;
     const int offset = yuv.full_range ? 0 : 16;
-    const int yr = fixed(k.r * luma_scale, kBits), yb = fixed(k.b * luma_scale, kBits);
-    const int yg = fixed(luma_scale, kBits) - yr - yb;
+    ChromaWeights luma{fixed(k.r * luma_scale, kBits), 0, fixed(k.b * luma_scale, kBits)};
+    luma.g = fixed(luma_scale, kBits) - luma.r - luma.b;
     const double cb_unit = 0.5 / (1 - k.b), cr_unit = 0.5 / (1 - k.r);
     const ChromaWeights cb = chroma_weights(-k.r * cb_unit, -k.g * cb_unit, 0.5, chroma_scale, kBits);
     const ChromaWeights cr = chroma_weights(0.5, -k.g * cr_unit, -k.b * cr_unit, chroma_scale, kBits);
     const bool half = yuv.chroma_width < yuv.width;
     const int w = yuv.width;
+    const auto rounded = [](int middle, int bits) { return (middle << bits) + (1 << (bits - 1)); };
 
     const auto convert_rows = [&](std::int64_t task) {
         SplitRow rows[2] = {SplitRow(w), SplitRow(w)};
+        std::vector<std::uint16_t> r, g, b;
+        for (auto* sums : {&r, &g, &b}) sums->resize(std::size_t(w) / 2);
         const int y_end = std::min(yuv.height, int(task + 1) * kRowsPerTask);
         for (int y = int(task) * kRowsPerTask; y < y_end; ++y) {
             SplitRow& row = rows[y & 1];
             row.load(picture, y, w);
-            std::uint8_t* luma = yuv.planes[0].data() + std::size_t(y) * w;
-            for (int x = 0; x < w; ++x)
-                luma[x] = std::uint8_t(offset + ((yr * row.r[x + 1] + yg * row.g[x + 1] + yb * row.b[x + 1] +
-                                                  (1 << (kBits - 1))) >>
-                                                 kBits));
+            weigh_bytes(row.r.data() + 1, row.g.data() + 1, row.b.data() + 1, luma, rounded(offset, kBits), kBits, w, yuv.planes[0].data() + std::size_t(y) * w);
             if (half && !(y & 1)) continue;
             const std::size_t at = std::size_t(half ? y / 2 : y) * yuv.chroma_width;
             std::uint8_t *cb_out = yuv.planes[1].data() + at, *cr_out = yuv.planes[2].data() + at;
-            const auto store = [&](int x, int r, int g, int b, int shift) {
-                const int round = (128 << shift) + (1 << (shift - 1));
-                cb_out[x] =
-                    std::uint8_t(std::clamp((cb.r * r + cb.g * g + cb.b * b + round) >> shift, 0, 255));
-                cr_out[x] =
-                    std::uint8_t(std::clamp((cr.r * r + cr.g * g + cr.b * b + round) >> shift, 0, 255));
-            };
             if (!half) {
-                for (int x = 0; x < w; ++x) store(x, row.r[x + 1], row.g[x + 1], row.b[x + 1], kBits);
+                weigh_bytes(row.r.data() + 1, row.g.data() + 1, row.b.data() + 1, cb, rounded(128, kBits), kBits, w, cb_out);
+                weigh_bytes(row.r.data() + 1, row.g.data() + 1, row.b.data() + 1, cr, rounded(128, kBits), kBits, w, cr_out);
                 continue;
             }
-            const auto sum = [](const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b,
-                                int x) {
-                return a[x] + 2 * a[x + 1] + a[x + 2] + b[x] + 2 * b[x + 1] + b[x + 2];
-            };
-            for (int x = 0; x < w / 2; ++x)
-                store(x, sum(rows[0].r, rows[1].r, 2 * x), sum(rows[0].g, rows[1].g, 2 * x),
-                      sum(rows[0].b, rows[1].b, 2 * x), kBits + 3);
+            halve(rows[0].r.data(), rows[1].r.data(), w / 2, r.data());
+            halve(rows[0].g.data(), rows[1].g.data(), w / 2, g.data());
+            halve(rows[0].b.data(), rows[1].b.data(), w / 2, b.data());
+            weigh_sums(r.data(), g.data(), b.data(), cb, rounded(128, kBits + 3), kBits + 3, w / 2, cb_out);
+            weigh_sums(r.data(), g.data(), b.data(), cr, rounded(128, kBits + 3), kBits + 3, w / 2, cr_out);
         }
     };
     static_assert(kRowsPerTask % 2 == 0);
@@ -131,61 +193,43 @@ Image to_rgb(const YuvView& picture) {
     const Luma k = luma_of(picture.matrix);
     const double luma_scale = picture.full_range ? 1 : 255.0 / 219,
                  chroma_scale = picture.full_range ? 1 : 255.0 / 224;
-    constexpr int kBits = 16;  // of the luma factor; chroma carries four of them in its interpolation weights
-    constexpr int kChromaBits = 12;
-    const int offset = picture.full_range ? 0 : 16;
-    const int ky = fixed(luma_scale, kBits);
-    const int r_cr = fixed(2 * (1 - k.r) * chroma_scale, kChromaBits),
-              b_cb = fixed(2 * (1 - k.b) * chroma_scale, kChromaBits);
-    const int g_cb = fixed(2 * (1 - k.b) * k.b / k.g * chroma_scale, kChromaBits);
-    const int g_cr = fixed(2 * (1 - k.r) * k.r / k.g * chroma_scale, kChromaBits);
+    constexpr int kChromaBits = 12;   // the other four are in the weights of its interpolation
+    RgbWeights weights;
+    weights.offset = picture.full_range ? 0 : 16;
+    weights.luma = fixed(luma_scale, RgbWeights::kBits);
+    weights.r_cr = fixed(2 * (1 - k.r) * chroma_scale, kChromaBits);
+    weights.b_cb = fixed(2 * (1 - k.b) * chroma_scale, kChromaBits);
+    weights.g_cb = fixed(2 * (1 - k.b) * k.b / k.g * chroma_scale, kChromaBits);
+    weights.g_cr = fixed(2 * (1 - k.r) * k.r / k.g * chroma_scale, kChromaBits);
     const bool half = picture.chroma_width < picture.width || picture.chroma_height < picture.height;
     const bool left = picture.siting != YuvView::Siting::centre,
                top = picture.siting == YuvView::Siting::top_left;
     const int w = picture.width, cw = picture.chroma_width, ch = picture.chroma_height;
 
-    // Weights of 4 for luma place p between chroma samples: on the sample when sited with it, else 3 : 1.
-    struct Tap {
-        int first, second, weight;  // (4 - weight) * first + weight * second
-    };
-    const auto tap = [](int p, bool cosited, int count) -> Tap {
-        const int i = p / 2;
-        if (cosited) return {i, std::min(i + (p & 1), count - 1), (p & 1) ? 2 : 0};
-        return {i, std::clamp(p & 1 ? i + 1 : i - 1, 0, count - 1), 1};
-    };
-
     const auto convert_rows = [&](std::int64_t task) {
-        std::vector<int> down, across[2];
-        down.resize(std::size_t(cw));
-        for (auto& row : across) row.resize(std::size_t(w));
+        std::vector<int> between(std::size_t(cw) + 2), across[2];
+        std::vector<std::uint8_t> r, g, b;
+        for (auto& row : across) row.resize(std::size_t(std::max(w, 2 * cw)));
+        for (auto* row : {&r, &g, &b}) row->resize(std::size_t(w));
         const int y_end = std::min(picture.height, int(task + 1) * kRowsPerTask);
         for (int y = int(task) * kRowsPerTask; y < y_end; ++y) {
             for (int p = 0; p < 2; ++p) {
                 const std::uint8_t* plane = picture.planes[p + 1];
                 const std::ptrdiff_t stride = picture.strides[p + 1];
                 if (!half) {
-                    for (int x = 0; x < w; ++x) across[p][x] = 16 * (plane[y * stride + x] - 128);
+                    for (int x = 0; x < w; ++x) across[p][std::size_t(x)] = 16 * (plane[y * stride + x] - 128);
                     continue;
                 }
-                const Tap v = tap(y, top, ch);
-                const std::uint8_t *a = plane + v.first * stride, *b = plane + v.second * stride;
-                for (int x = 0; x < cw; ++x)
-                    down[x] = (4 - v.weight) * (a[x] - 128) + v.weight * (b[x] - 128);
-                for (int x = 0; x < w; ++x) {
-                    const Tap h = tap(x, left, cw);
-                    across[p][x] = (4 - h.weight) * down[h.first] + h.weight * down[h.second];
-                }
+                // Weights of 4 for a row of luma between rows of chroma: on the row when sited with it, else 3 : 1.
+                const int above = y / 2, other = std::clamp(top || (y & 1) ? above + 1 : above - 1, 0, ch - 1);
+                mix_rows(plane + above * stride, plane + other * stride, !top ? 1 : (y & 1) ? 2 : 0, cw, between.data() + 1);
+                between.front() = between[1];
+                between.back() = between[std::size_t(cw)];
+                spread(between.data() + 1, left, cw, across[p].data());
             }
-            const std::uint8_t* luma = picture.planes[0] + y * std::ptrdiff_t(picture.strides[0]);
+            rgb_row(picture.planes[0] + y * std::ptrdiff_t(picture.strides[0]), across[0].data(), across[1].data(), weights, w, r.data(), g.data(), b.data());
             std::uint8_t* out = image.at(0, y);
-            const int *cb = across[0].data(), *cr = across[1].data();
-            for (int x = 0; x < w; ++x) {
-                const int base = ky * (luma[x] - offset) + (1 << (kBits - 1));
-                out[3 * x] = std::uint8_t(std::clamp((base + r_cr * cr[x]) >> kBits, 0, 255));
-                out[3 * x + 1] =
-                    std::uint8_t(std::clamp((base - g_cb * cb[x] - g_cr * cr[x]) >> kBits, 0, 255));
-                out[3 * x + 2] = std::uint8_t(std::clamp((base + b_cb * cb[x]) >> kBits, 0, 255));
-            }
+            for (int x = 0; x < w; ++x, out += 3) out[0] = r[std::size_t(x)], out[1] = g[std::size_t(x)], out[2] = b[std::size_t(x)];
         }
     };
     parallel_for((picture.height + kRowsPerTask - 1) / kRowsPerTask, convert_rows);
