@@ -1,9 +1,14 @@
 #include "encoder/stream_encoder.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 #include <fmt/core.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <future>
+#include <string_view>
+
+#include "core/parallel.hpp"
 
 namespace mien::encoder {
 namespace {
@@ -64,6 +69,29 @@ private:
     std::uint8_t next_slot_ = 0;
 };
 
+/// The texture, encoded beside the motion: either keeps one core busy for much of its time. With one thread, after it.
+class TextureTask {
+public:
+    TextureTask(const Clip& clip, TextureOptions options, const Progress& progress)
+        : result_(std::async(thread_count() > 1 ? std::launch::async : std::launch::deferred, [this, &clip, options, &progress] {
+              return encode_texture(clip, options, [&](std::string_view what, std::int64_t done, std::int64_t of) {
+                  if (abandoned_) throw Abandoned();
+                  if (alone_ && progress) progress(what, done, of);   // one bar, and that of the motion first
+              });
+          })) {}
+    /// Left before finish(), it ends at its next frame.
+    ~TextureTask() { abandoned_ = true; }
+    Result<EncodedTexture> finish() {
+        alone_ = true;
+        return result_.get();
+    }
+
+private:
+    struct Abandoned {};
+    std::atomic<bool> alone_ = false, abandoned_ = false;
+    std::future<Result<EncodedTexture>> result_;   // the last member: its thread uses the others
+};
+
 }  // namespace
 
 std::int64_t group_frames(Rational frame_rate, double seconds) {
@@ -109,6 +137,12 @@ Result<EncodedStream> encode_stream(const Clip& clip, const StreamOptions& optio
             break;
         case MotionKind::weights: break;
     }
+    std::optional<TextureTask> texture_task;
+    if (video) {
+        TextureOptions texture_options = *options.texture;
+        texture_options.group_frames = per_group;
+        texture_task.emplace(clip, texture_options, progress);
+    }
     MIEN_TRY(motion, encode_motion(clip, motion_options, progress));
     out.motion_rms = motion.rms;
     out.motion_peak = motion.peak;
@@ -131,10 +165,8 @@ Result<EncodedStream> encode_stream(const Clip& clip, const StreamOptions& optio
     }
     out.header.tracks.push_back(std::move(motion_track));
 
-    if (video) {
-        TextureOptions texture_options = *options.texture;
-        texture_options.group_frames = per_group;
-        MIEN_TRY(texture, encode_texture(clip, texture_options, progress));
+    if (texture_task) {
+        MIEN_TRY(texture, texture_task->finish());
         Track track{TrackKind::texture, "texture", clip.frame_rate.inverse(), texture.info, {}};
         for (EncodedTextureRung& encoded : texture.rungs) {
             if (encoded.asked_kbps && std::abs(encoded.kbps / *encoded.asked_kbps - 1) > kNoticeable)
