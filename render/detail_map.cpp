@@ -110,8 +110,7 @@ void DetailMap::evaluate(const gl::Buffer& parameters, float texels_per_pixel) {
     while (shown_ + 1 < levels_.size() && texels_per_pixel > 1.5f * float(1 << shown_)) ++shown_;
     Level& level = levels_[shown_];
     if (parameters_buffer_ != parameters.id()) {
-        parameters_ = gl::make_texture(GL_TEXTURE_BUFFER);
-        glTextureBuffer(parameters_.id(), GL_RGBA32F, parameters.id());
+        parameters_ = gl::make_texels(GL_RGBA32F, parameters);
         parameters_buffer_ = parameters.id();
     }
     glBindFramebuffer(GL_FRAMEBUFFER, level.pictures.target.id());

@@ -45,11 +45,12 @@ struct FaceRenderer::State {
             corners = gl::make_buffer(sizeof(Corner) * made.corners.size(), made.corners.data());
             indices = gl::make_buffer(sizeof(std::uint32_t) * made.indices.size(), made.indices.data());
             index_count = GLsizei(made.indices.size());
+            for (const Batch& batch : batches)
+                if (batch.surface == Surface::skin || batch.surface == Surface::hair) solid_count = GLsizei(batch.first + batch.count);
             std::vector<std::uint32_t> vertices;
             for (const std::uint32_t corner : made.indices) vertices.push_back(made.corners[corner].vertex);
             caster_indices = gl::make_buffer(sizeof(std::uint32_t) * vertices.size(), vertices.data());
             fade = bust_fade(model.neutral);
-            neutral = gl::make_buffer(sizeof(float) * model.neutral.positions.size(), model.neutral.positions.data());
             make_layout();
             make_casters();
         }
@@ -123,8 +124,8 @@ struct FaceRenderer::State {
     ShapeSteps formed;
 
     std::vector<Batch> batches;
-    gl::Buffer corners, indices, caster_indices, neutral;
-    GLsizei index_count = 0;
+    gl::Buffer corners, indices, caster_indices;
+    GLsizei index_count = 0, solid_count = 0;   // skin and hair come first
     gl::VertexArray layout, casters, any;
     std::optional<DetailMap> detail_map;
     float texels_a_mm = 0;
@@ -195,15 +196,13 @@ void FaceRenderer::State::draw_face(const Camera& camera, const Look& look, cons
     if (shadowed) {
         if (!shadow) shadow.emplace();
         light_projection = ShadowMap::projection(look.lighting.lights[0].towards, centre, box.diagonal().norm() * 0.55f);
-        shadow->draw(casters, index_count, light_projection);
+        shadow->draw(casters, index_count, solid_count, light_projection);
         target.bind();
     }
     const Eigen::Matrix4f view_projection =
         camera.projection(float(target.width()) / float(target.height())) * camera.view();
     glBindVertexArray(layout.id());
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, shape.positions().id());
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, shape.normals().id());
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, neutral.id());
+    shape.bind_texels(4);
     for (const Batch& batch : batches) {
         const bool cornea = batch.surface == Surface::cornea;
         if (cornea && !look.lit) continue;

@@ -61,6 +61,12 @@ Texture make_texture(GLenum target) {
     glCreateTextures(target, 1, &id);
     return Texture(id);
 }
+
+Texture make_texels(GLenum format, const Buffer& buffer) {
+    Texture texels = make_texture(GL_TEXTURE_BUFFER);
+    glTextureBuffer(texels.id(), format, buffer.id());
+    return texels;
+}
 VertexArray make_vertex_array() {
     GLuint id = 0;
     glCreateVertexArrays(1, &id);

@@ -14,7 +14,7 @@ ShadowMap::ShadowMap()
       framebuffer_(gl::make_framebuffer()),
       program_(gl::make_program(embedded::shaders_shadow_vert, embedded::shaders_shadow_frag)) {
     const GLuint id = depth_.id();
-    glTextureStorage2D(id, 1, GL_DEPTH_COMPONENT24, kSide, kSide);
+    glTextureStorage2D(id, 1, GL_DEPTH_COMPONENT16, kSide, kSide);   // steps of some hundredths of a millimetre
     glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
     glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
     glTextureParameteri(id, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
@@ -36,7 +36,7 @@ Eigen::Matrix4f ShadowMap::projection(const Vec3& towards_light, const Vec3& cen
     return m;
 }
 
-void ShadowMap::draw(const gl::VertexArray& casters, GLsizei index_count, const Eigen::Matrix4f& projection) {
+void ShadowMap::draw(const gl::VertexArray& casters, GLsizei index_count, GLsizei solid, const Eigen::Matrix4f& projection) {
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.id());
     glViewport(0, 0, kSide, kSide);
     glClear(GL_DEPTH_BUFFER_BIT);
@@ -45,7 +45,10 @@ void ShadowMap::draw(const gl::VertexArray& casters, GLsizei index_count, const 
     program_.use();
     glEnable(GL_POLYGON_OFFSET_FILL);
     glPolygonOffset(2.0f, 2.0f);
-    glDrawElements(GL_TRIANGLES, index_count, GL_UNSIGNED_INT, nullptr);
+    glEnable(GL_CULL_FACE);
+    glDrawElements(GL_TRIANGLES, solid, GL_UNSIGNED_INT, nullptr);
+    glDisable(GL_CULL_FACE);
+    glDrawElements(GL_TRIANGLES, index_count - solid, GL_UNSIGNED_INT, reinterpret_cast<const void*>(sizeof(std::uint32_t) * std::size_t(solid)));
     glDisable(GL_POLYGON_OFFSET_FILL);
     glBindTextureUnit(3, depth_.id());
 }

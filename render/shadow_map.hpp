@@ -12,7 +12,9 @@ public:
     /// Clip-space matrix of a far light over a sphere of the scene (mm).
     static Eigen::Matrix4f projection(const Vec3& towards_light, const Vec3& centre, float radius);
 
-    void draw(const gl::VertexArray& casters, GLsizei index_count, const Eigen::Matrix4f& projection);
+    /// `solid`: so many indices, the first ones, are of surfaces that enclose something. Of these only what faces the light
+    /// casts: the rest lies behind it.
+    void draw(const gl::VertexArray& casters, GLsizei index_count, GLsizei solid, const Eigen::Matrix4f& projection);
 
 private:
     gl::Texture depth_;

@@ -36,7 +36,7 @@ const std::vector<Triangle>& triangles_of(const model::FaceModel& model) {
 
 void dispatch(int count) {
     glDispatchCompute(GLuint(count + kGroupSize - 1) / kGroupSize, 1, 1);
-    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_VERTEX_ATTRIB_ARRAY_BARRIER_BIT);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_VERTEX_ATTRIB_ARRAY_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
 }
 
 Points read_points(const gl::Buffer& buffer, int count) {
@@ -56,8 +56,11 @@ Shape::Shape(const model::FaceModel& model, const model::LinearMotion& composed)
     const Points& neutral = model::neutral_points(model);
     const std::size_t bytes = sizeof(float) * neutral.size();
     positions_ = gl::make_buffer(bytes, neutral.data());
+    position_texels_ = gl::make_texels(GL_RGB32F, positions_);
     normals_ = gl::make_buffer(bytes);
+    normal_texels_ = gl::make_texels(GL_RGB32F, normals_);
     neutral_ = gl::make_buffer(bytes, neutral.data());
+    neutral_texels_ = gl::make_texels(GL_RGB32F, neutral_);
     Points start = neutral;
     if (composed.dimension() != 0) {
         assert(composed.dimension() == neutral.size());
@@ -67,13 +70,17 @@ Shape::Shape(const model::FaceModel& model, const model::LinearMotion& composed)
     weights_ = gl::make_buffer(sizeof(float) * components_);
 
     GLint64 largest = 0;
+    GLint most_texels = 0;
     glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &largest);
-    if (bytes > std::size_t(largest))
-        throw EnvironmentError("this OpenGL driver's storage blocks are too small for a mesh of this size");
-    per_buffer_ = bytes ? std::max(1, int(std::min<std::size_t>(std::size_t(largest) / bytes, 1 << 20))) : 1;
+    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &most_texels);
+    const auto texels = std::size_t(neutral.rows());
+    if (bytes > std::size_t(largest) || texels > std::size_t(most_texels))
+        throw EnvironmentError("this OpenGL driver's buffers are too small for a mesh of this size");
+    per_buffer_ = bytes ? std::max(1, int(std::min<std::size_t>(std::size_t(most_texels) / texels, 1 << 20))) : 1;
     for (int first = 0; first < components_; first += per_buffer_) {
         const int here = std::min(per_buffer_, components_ - first);
         component_blocks_.push_back(gl::make_buffer(bytes * here, composed.components.col(first).data()));
+        component_texels_.push_back(gl::make_texels(GL_RGB32F, component_blocks_.back()));
     }
 
     std::vector<std::uint32_t> eye_of(count_, 0);
@@ -99,7 +106,9 @@ Shape::Shape(const model::FaceModel& model, const model::LinearMotion& composed)
 
     const Rings rings = rings_of(std::uint32_t(count_), triangles_of(model));
     ring_start_ = gl::make_buffer(sizeof rings.start[0] * rings.start.size(), rings.start.data());
+    ring_start_texels_ = gl::make_texels(GL_R32UI, ring_start_);
     ring_ = gl::make_buffer(sizeof rings.corners[0] * rings.corners.size(), rings.corners.data());
+    ring_texels_ = gl::make_texels(GL_RG32UI, ring_);
     form_normals();
 }
 
@@ -132,7 +141,7 @@ void Shape::form(const model::Motion& motion, const ShapeSteps& steps) {
         shape_.set("component_count", moves ? std::min(per_buffer_, components_ - first) : 0);
         shape_.set("starts", int(b == 0 && !corrects));
         shape_.set("ends", int(b + 1 == blocks));
-        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, moves ? component_blocks_[b].id() : weights_.id());
+        if (moves) glBindTextureUnit(4, component_texels_[b].id());
         dispatch(count_);
     }
     if (detail_) detail_->form(positions_, pose_, steps.medium);
@@ -181,11 +190,17 @@ void Shape::form(PointsRef positions, const RigidPose& pose) {
 void Shape::form_normals() {
     normals_program_.set("vertex_count", count_);
     normals_program_.use();
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, positions_.id());
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, normals_.id());
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, ring_start_.id());
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, ring_.id());
+    glBindTextureUnit(4, position_texels_.id());
+    glBindTextureUnit(5, ring_start_texels_.id());
+    glBindTextureUnit(6, ring_texels_.id());
     dispatch(count_);
+}
+
+void Shape::bind_texels(GLuint unit) const {
+    glBindTextureUnit(unit, position_texels_.id());
+    glBindTextureUnit(unit + 1, normal_texels_.id());
+    glBindTextureUnit(unit + 2, neutral_texels_.id());
 }
 
 Points Shape::read_positions() const { return read_points(positions_, count_); }

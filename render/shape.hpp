@@ -25,7 +25,8 @@ public:
     DetailShape* detail() { return detail_ ? &*detail_ : nullptr; }
 
     const gl::Buffer& positions() const { return positions_; }
-    const gl::Buffer& normals() const { return normals_; }
+    /// Positions, normals and the neutral positions, for shaders to fetch, to this and the next two texture units.
+    void bind_texels(GLuint unit) const;
     const RigidPose& pose() const { return pose_; }
     int count() const { return count_; }
     Points read_positions() const;
@@ -44,6 +45,8 @@ private:
     gl::Program shape_, correct_, contact_, normals_program_;
     gl::Buffer positions_, normals_, neutral_, neutral_and_mean_, weights_, eye_of_, pairs_, members_, ring_start_, ring_;
     std::vector<gl::Buffer> component_blocks_;
+    gl::Texture position_texels_, normal_texels_, neutral_texels_, ring_start_texels_, ring_texels_;
+    std::vector<gl::Texture> component_texels_;
     std::optional<DetailShape> detail_;
     gl::Buffer corrections_;                ///< of the last corrected frame
     std::size_t corrections_room_ = 0;      ///< entries that fit into it

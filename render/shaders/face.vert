@@ -4,9 +4,9 @@ layout(location = 0) in uint vertex;
 layout(location = 1) in vec2 uv;
 layout(location = 2) in vec4 feature;   // eyeball or mouth this corner belongs to: centre and radius, head space, mm
 
-layout(std430, binding = 0) readonly buffer Positions { float positions[]; };
-layout(std430, binding = 1) readonly buffer Normals { float normals[]; };
-layout(std430, binding = 2) readonly buffer Neutral { float neutral[]; };
+layout(binding = 4) uniform samplerBuffer positions;
+layout(binding = 5) uniform samplerBuffer normals;
+layout(binding = 6) uniform samplerBuffer neutral;
 
 uniform mat4 view_projection;
 uniform mat4 light_projection;
@@ -26,9 +26,9 @@ out vec3 rest_place;    // the same at neutral: where the iris is
 #endif
 
 void main() {
-    const uint at = 3u * vertex;
-    position = vec3(positions[at], positions[at + 1u], positions[at + 2u]);
-    normal = vec3(normals[at], normals[at + 1u], normals[at + 2u]);
+    const int at = int(vertex);
+    position = texelFetch(positions, at).xyz;
+    normal = texelFetch(normals, at).xyz;
     texcoord = vec2(uv.x, 1.0 - uv.y);
     // Off the surface along its normal, so that a surface does not shade itself.
 #if SURFACE == TEETH && defined(ALBEDO_MAP)
@@ -43,7 +43,7 @@ void main() {
 #if SURFACE == EYE || SURFACE == CORNEA || SURFACE == TEETH || SURFACE == MOUTH || SURFACE == LASHES
     const vec3 head = (position - head_translation) * head_rotation;   // transposed: back into head space
     cavity = (head - feature.xyz) / feature.w;
-    rest_place = (vec3(neutral[at], neutral[at + 1u], neutral[at + 2u]) - feature.xyz) / feature.w;
+    rest_place = (texelFetch(neutral, at).xyz - feature.xyz) / feature.w;
 #endif
     gl_Position = view_projection * vec4(position, 1);
 }

@@ -4,7 +4,7 @@ layout(local_size_x = 64) in;
 
 layout(std430, binding = 0) buffer Positions { float positions[]; };           // 3 V
 layout(std430, binding = 1) readonly buffer Base { float base[]; };            // 3 V: neutral + mean
-layout(std430, binding = 2) readonly buffer Components { float components[]; };  // columns of 3 V
+layout(binding = 4) uniform samplerBuffer components;                          // columns of V
 layout(std430, binding = 3) readonly buffer Weights { float weights[]; };      // k
 layout(std430, binding = 4) readonly buffer EyeOf { uint eye_of[]; };          // V: 0 none, 1 right, 2 left
 
@@ -24,11 +24,7 @@ void main() {
     const uint at = 3u * v;
     vec3 x = starts == 1 ? vec3(base[at], base[at + 1u], base[at + 2u])
                          : vec3(positions[at], positions[at + 1u], positions[at + 2u]);
-    uint row = at;
-    for (int c = 0; c < component_count; ++c) {
-        x += weights[first_component + c] * vec3(components[row], components[row + 1u], components[row + 2u]);
-        row += 3u * uint(vertex_count);
-    }
+    for (int c = 0; c < component_count; ++c) x += weights[first_component + c] * texelFetch(components, c * vertex_count + int(v)).xyz;
     if (ends == 1) {
         const uint eye = eye_of[v];
         if (eye != 0u) x = eye_centre[eye - 1u] + eye_turn[eye - 1u] * (x - eye_centre[eye - 1u]);
