@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cassert>
 #include <cstring>
+#include <vector>
 
 #include "core/environment_error.hpp"
-#include "embedded_mien_render.hpp"
 #include "render/context.hpp"
+#include "render/edge_smoothing.hpp"
 #include "render/gl.hpp"
 
 namespace mien::render {
@@ -16,53 +17,32 @@ struct Target::State {
     Smoothing smoothing = Smoothing::none;
     gl::Framebuffer drawn, resolved;
     gl::Renderbuffer colour, depth, resolved_colour;
-    gl::Texture colour_texture, colour_encoded;   // Smoothing::edges: the drawn picture, and its bytes as they are
-    gl::Program edges;
+    gl::Texture smoothed_colour;                  // Smoothing::edges
+    std::vector<std::uint8_t> pixels, smoothed;   // of Smoothing::edges, RGBA from the lower left
     Eigen::AlignedBox2i edge_box;
-    gl::VertexArray any;
 
-    void attach_colour(int samples) {
-        const int w = width * scale, h = height * scale;
-        if (smoothing == Smoothing::edges) {
-            colour_texture = gl::make_texture(GL_TEXTURE_2D);
-            glTextureStorage2D(colour_texture.id(), 1, GL_SRGB8_ALPHA8, w, h);
-            glNamedFramebufferTexture(drawn.id(), GL_COLOR_ATTACHMENT0, colour_texture.id(), 0);
-            GLuint view = 0;
-            glGenTextures(1, &view);
-            colour_encoded = gl::Texture(view);
-            glTextureView(view, GL_TEXTURE_2D, colour_texture.id(), GL_RGBA8, 0, 1, 0, 1);
-            glTextureParameteri(view, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-            glTextureParameteri(view, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-            glTextureParameteri(view, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-            edges = gl::make_program(embedded::shaders_whole_vert, embedded::shaders_smooth_edges_frag);
-            any = gl::make_vertex_array();
-        } else {
-            colour = gl::make_renderbuffer();
-            glNamedRenderbufferStorageMultisample(colour.id(), samples, GL_SRGB8_ALPHA8, w, h);
-            glNamedFramebufferRenderbuffer(drawn.id(), GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, colour.id());
-        }
+    void read_drawn(GLuint framebuffer) {
+        // Four channels are the framebuffer's own layout.
+        pixels.resize(std::size_t(width) * std::size_t(height) * 4);
+        glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
+        glPixelStorei(GL_PACK_ALIGNMENT, 4);
+        glReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
+    }
+
+    void smooth() {
+        read_drawn(drawn.id());
+        smoothed.resize(pixels.size());
+        smooth_edges(pixels.data(), width, height, edge_box, smoothed.data());
     }
 
     /// The framebuffer that holds the finished picture.
     GLuint finish() {
         if (smoothing == Smoothing::none) return drawn.id();
         if (smoothing == Smoothing::edges) {
-            glCopyImageSubData(colour_texture.id(), GL_TEXTURE_2D, 0, 0, 0, 0, resolved_colour.id(), GL_RENDERBUFFER, 0, 0, 0, 0,
-                               width, height, 1);
-            if (edge_box.isEmpty()) return resolved.id();
-            glBindFramebuffer(GL_FRAMEBUFFER, resolved.id());
-            glViewport(0, 0, width, height);
-            const Eigen::Vector2i size = edge_box.sizes();
-            glEnable(GL_SCISSOR_TEST);
-            glScissor(edge_box.min().x(), edge_box.min().y(), size.x(), size.y());
-            glDisable(GL_FRAMEBUFFER_SRGB);   // the bytes are encoded already
-            glDisable(GL_DEPTH_TEST);
-            glDisable(GL_BLEND);
-            glBindTextureUnit(0, colour_encoded.id());
-            edges.use();
-            glBindVertexArray(any.id());
-            glDrawArrays(GL_TRIANGLES, 0, 3);
-            glDisable(GL_SCISSOR_TEST);
+            smooth();
+            glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+            glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+            glTextureSubImage2D(smoothed_colour.id(), 0, 0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, smoothed.data());
             return resolved.id();
         }
         glEnable(GL_FRAMEBUFFER_SRGB);   // samples are averaged as light
@@ -88,11 +68,18 @@ Target::Target(int width, int height, Smoothing smoothing) : state_(std::make_un
     s.height = height;
     const int samples = smoothing == Smoothing::multisample ? std::min(4, int(most)) : 0;
     s.drawn = gl::make_framebuffer();
-    s.attach_colour(samples);
+    s.colour = gl::make_renderbuffer();
+    glNamedRenderbufferStorageMultisample(s.colour.id(), samples, GL_SRGB8_ALPHA8, width * s.scale, height * s.scale);
+    glNamedFramebufferRenderbuffer(s.drawn.id(), GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, s.colour.id());
     s.depth = gl::make_renderbuffer();
     glNamedRenderbufferStorageMultisample(s.depth.id(), samples, GL_DEPTH_COMPONENT24, width * s.scale, height * s.scale);
     glNamedFramebufferRenderbuffer(s.drawn.id(), GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, s.depth.id());
-    if (smoothing != Smoothing::none) {
+    if (smoothing == Smoothing::edges) {
+        s.resolved = gl::make_framebuffer();
+        s.smoothed_colour = gl::make_texture(GL_TEXTURE_2D);
+        glTextureStorage2D(s.smoothed_colour.id(), 1, GL_SRGB8_ALPHA8, width, height);
+        glNamedFramebufferTexture(s.resolved.id(), GL_COLOR_ATTACHMENT0, s.smoothed_colour.id(), 0);
+    } else if (smoothing != Smoothing::none) {
         s.resolved = gl::make_framebuffer();
         s.resolved_colour = gl::make_renderbuffer();
         glNamedRenderbufferStorage(s.resolved_colour.id(), GL_SRGB8_ALPHA8, width, height);
@@ -129,11 +116,10 @@ void Target::clear() {
 
 Image Target::read() {
     State& s = *state_;
-    glBindFramebuffer(GL_READ_FRAMEBUFFER, s.finish());
-    // Four channels are the framebuffer's own layout; dropping the fourth here is faster than in the driver.
-    std::vector<std::uint8_t> rgba(std::size_t(s.width) * s.height * 4);
-    glPixelStorei(GL_PACK_ALIGNMENT, 4);
-    glReadPixels(0, 0, s.width, s.height, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
+    if (s.smoothing == Smoothing::edges) s.smooth();
+    else s.read_drawn(s.finish());
+    const std::vector<std::uint8_t>& rgba = s.smoothing == Smoothing::edges ? s.smoothed : s.pixels;
+    // Dropping the fourth channel here is faster than in the driver.
     Image image(s.width, s.height, 3);
     for (int y = 0; y < s.height; ++y) {
         const std::uint8_t* in = rgba.data() + std::size_t(s.height - 1 - y) * s.width * 4;

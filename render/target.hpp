@@ -10,7 +10,7 @@ namespace mien::render {
 /// How edges are made smooth, from cheap to dear on a CPU.
 enum class Smoothing {
     none,
-    edges,         ///< one more pass blends along edges of the finished picture: a few ms even in software
+    edges,         ///< blends along edges of the finished picture, on the CPU: a few ms
     multisample,   ///< four samples of coverage per pixel: cheap on a GPU, four times the frame on a CPU
     supersample,   ///< drawn at twice the size each way: for stills
 };
