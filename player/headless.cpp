@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
+#include <future>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -68,6 +70,7 @@ private:
     Result<PlayFrame> next_live();
     Result<void> movie_frame(const PlayFrame& frame, render::Target& target);
     void write_until(std::int64_t frame);
+    void written();
     void sheet_moment(int moment);
     void show(const PlayFrame& frame);
     Image picture(const render::OrbitCamera& camera, render::Target& target);
@@ -87,7 +90,8 @@ private:
     std::optional<media::VideoWriter> movie_;
     std::int64_t first_ = 0, end_ = 0;     // frames wanted, end_ not included
     std::int64_t written_ = 0;             // frames of the movie, at its own rate
-    Image last_;                           // picture of the movie: stays where frames are lost
+    std::shared_ptr<const Image> last_;    // picture of the movie: stays where frames are lost
+    std::future<void> writing_;            // of the movie: it is encoded while the next picture is drawn
     bool begun_ = false;
     double busy_ = 0;                      // seconds spent on what was received
     std::optional<PictureComparison> likeness_;   // of received and truth pictures
@@ -217,6 +221,7 @@ Result<void> HeadlessRun::make_live() {
         tell(frame->frame);
         if (frame->frame + 1 == end_) break;
     }
+    written();
     movie_->finish();
     return {};
 }
@@ -312,9 +317,10 @@ Result<void> HeadlessRun::movie_frame(const PlayFrame& frame, render::Target& ta
         draw_label(both, options_.width + 16, 14, 2, "received");
         image = std::move(both);
     }
-    if (written_ == 0) last_ = image;
+    const auto now = std::make_shared<const Image>(std::move(image));
+    if (written_ == 0) last_ = now;
     write_until(frame.frame);
-    last_ = std::move(image);
+    last_ = now;
     write_until(frame.frame + 1);
     return {};
 }
@@ -323,7 +329,18 @@ Result<void> HeadlessRun::movie_frame(const PlayFrame& frame, render::Target& ta
 void HeadlessRun::write_until(std::int64_t frame) {
     const Rational own = session_.stream->frame_rate, rate = options_.frame_rate.value_or(own);
     const double until = double(frame - first_) / own.value();
-    for (; double(written_) / rate.value() < until - 1e-9; ++written_) movie_->write(last_);
+    int times = 0;
+    for (; double(written_) / rate.value() < until - 1e-9; ++written_) ++times;
+    if (times == 0) return;
+    written();
+    writing_ = std::async(std::launch::async, [this, picture = last_, times] {
+        for (int i = 0; i < times; ++i) movie_->write(*picture);
+    });
+}
+
+/// All pictures so far are; what the file system refused is thrown here.
+void HeadlessRun::written() {
+    if (writing_.valid()) writing_.get();
 }
 
 /// A movie file wants its sound before its pictures, so the sound track comes by itself first; it is small.
@@ -370,6 +387,7 @@ Result<void> HeadlessRun::make_movie() {
         next = frame->frame + 1;
         tell(frame->frame);
     }
+    written();
     movie_->finish();
     return {};
 }
@@ -419,6 +437,7 @@ Result<void> HeadlessRun::measure() {
 Result<void> HeadlessRun::run() {
     MIEN_CHECK(open());
     const auto done = write_outputs();
+    if (writing_.valid()) writing_.wait();
     movie_.reset();   // one that has no end is none
     write_figures();
     return done;

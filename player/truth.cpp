@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "io/clip_folder.hpp"
 
@@ -39,13 +40,26 @@ Points TruthView::positions(std::int64_t frame) const {
     return points;
 }
 
+Result<Image> TruthView::picture(std::int64_t frame) {
+    const auto read = [this](std::int64_t at) { return clip_.texture->read(at); };
+    std::optional<Result<Image>> found;
+    if (reading_.valid()) {   // one reader at a time
+        Result<Image> picture = reading_.get();
+        if (ahead_ == frame) found = std::move(picture);
+    }
+    if (!found) found = read(frame);
+    ahead_ = frame + 1;
+    if (found->ok() && ahead_ < clip_.texture->frames()) reading_ = std::async(std::launch::async, read, ahead_);
+    return std::move(*found);
+}
+
 Result<void> TruthView::show(std::int64_t frame) {
     const RigidPose pose = clip_.head_pose.empty() ? RigidPose{} : clip_.head_pose[std::size_t(frame)];
     renderer_->set_positions(positions(frame), pose);
     if (!clip_.texture || static_texture_) return {};
     const std::int64_t last = clip_.texture->frames() - 1;
-    MIEN_TRY(picture, clip_.texture->read(std::min(frame, last)));
-    renderer_->set_texture(picture);
+    MIEN_TRY(shown, picture(std::min(frame, last)));
+    renderer_->set_texture(shown);
     static_texture_ = last == 0;
     return {};
 }

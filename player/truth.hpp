@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <future>
 #include <memory>
 
 #include "core/clip.hpp"
@@ -27,10 +28,14 @@ public:
 private:
     explicit TruthView(Clip clip) : clip_(std::move(clip)) {}
     Points positions(std::int64_t frame) const;
+    /// The texture's picture of a frame. The one after it is read meanwhile, as it is likely to be asked for next.
+    Result<Image> picture(std::int64_t frame);
 
     Clip clip_;
     std::unique_ptr<render::FaceRenderer> renderer_;
     bool static_texture_ = false;
+    std::int64_t ahead_ = -1;                 ///< the picture that is being read
+    std::future<Result<Image>> reading_;      ///< the last member: it uses the clip
 };
 
 }  // namespace mien::player
