@@ -52,8 +52,13 @@ std::vector<std::int32_t> VectorQuantiser::quantise(std::span<const double> valu
             const double energy = s.influence.energy(v.position);
             double surprising = target[v.index] - double(v.base);
             if (round > 0) {
-                double product = 0;
-                for (const auto& share : shares) product += double(share.weight) * left[share.point * coordinates + c];
+                // Four chains, so that no addition waits for the one before it.
+                const auto part = [&](std::size_t i) { return double(shares[i].weight) * left[shares[i].point * coordinates + c]; };
+                double p0 = 0, p1 = 0, p2 = 0, p3 = 0;
+                std::size_t i = 0;
+                for (; i + 4 <= shares.size(); i += 4) p0 += part(i), p1 += part(i + 1), p2 += part(i + 2), p3 += part(i + 3);
+                for (; i < shares.size(); ++i) p0 += part(i);
+                const double product = (p0 + p1) + (p2 + p3);
                 const double mended = kRelaxation * (product / energy + double(surprise[v.index]) - surprising);
                 surprising += std::clamp(mended, -kFarthest * v.step, kFarthest * v.step);
             }
