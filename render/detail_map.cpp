@@ -105,14 +105,10 @@ bool DetailMap::take(const std::vector<DetailPictures::Level>& maps, std::size_t
     return true;
 }
 
-void DetailMap::evaluate(const gl::Buffer& parameters, float texels_per_pixel) {
+void DetailMap::evaluate(const gl::Texture& parameters, float texels_per_pixel) {
     shown_ = 0;
     while (shown_ + 1 < levels_.size() && texels_per_pixel > 1.5f * float(1 << shown_)) ++shown_;
     Level& level = levels_[shown_];
-    if (parameters_buffer_ != parameters.id()) {
-        parameters_ = gl::make_texels(GL_RGBA32F, parameters);
-        parameters_buffer_ = parameters.id();
-    }
     glBindFramebuffer(GL_FRAMEBUFFER, level.pictures.target.id());
     glViewport(0, 0, level.width, level.height);
     glDisable(GL_DEPTH_TEST);
@@ -120,7 +116,7 @@ void DetailMap::evaluate(const gl::Buffer& parameters, float texels_per_pixel) {
     glDisable(GL_CULL_FACE);
     glDisable(GL_SCISSOR_TEST);
     glBindTextureUnit(0, level.domain.id());
-    glBindTextureUnit(1, parameters_.id());
+    glBindTextureUnit(1, parameters.id());
     glBindTextureUnit(2, level.pictures.coefficients.id());
     glBindTextureUnit(3, level.pictures.still.id());
     program_.use();

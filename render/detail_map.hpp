@@ -24,7 +24,7 @@ public:
     bool has_fine() const { return has_fine_; }
 
     /// Evaluates all texels for d1, d2 as DetailShape forms them. texels_per_pixel: of the full map, where the face is drawn.
-    void evaluate(const gl::Buffer& parameters, float texels_per_pixel);
+    void evaluate(const gl::Texture& parameters, float texels_per_pixel);
     /// Binds the picture of the last evaluation.
     void bind(GLuint unit) const;
 
@@ -49,8 +49,6 @@ private:
 
     bool has_albedo_ = false, has_fine_ = false;
     gl::Program program_;
-    gl::Texture parameters_;      // the buffer that `evaluate` is given, as a texture
-    GLuint parameters_buffer_ = 0;
     std::vector<Level> levels_;
     std::size_t shown_ = 0;
     std::vector<Pictures> coming_;   // of take(): levels that have begun

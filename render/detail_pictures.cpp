@@ -142,8 +142,8 @@ std::vector<float> medium_coefficients(const model::DetailModel& model, const mo
     for (std::uint32_t v = 0; v < model.neutral.vertex_count(); ++v) {
         const model::DomainSampler::Sample& sample = surface.sample(v);
         for (int k = 0; k < sample.count; ++k)
-            for (int c = 0; c < map.channels; ++c)
-                for (int term = 0; term < model::term_count(map.order); ++term) coefficients.push_back(map.plane(c, term)[sample.texel[k]]);
+            for (int term = 0; term < model::term_count(map.order); ++term)
+                for (int c = 0; c < map.channels; ++c) coefficients.push_back(map.plane(c, term)[sample.texel[k]]);
     }
     return coefficients;
 }

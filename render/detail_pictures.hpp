@@ -28,7 +28,7 @@ struct DetailPictures {
 /// cover, the size does not matter; null: the map's own resting colours, spread out.
 std::vector<DetailPictures::Level> map_pictures(const model::DetailModel& model, const Image* still);
 
-/// What moves the vertices that have a place in the medium map, vertex after vertex: for each of its texels the terms of all channels.
+/// What moves the vertices that have a place in the medium map, vertex after vertex: for each of its texels the terms, three channels each.
 std::vector<float> medium_coefficients(const model::DetailModel& model, const model::MediumSurface& surface);
 
 }  // namespace mien::render

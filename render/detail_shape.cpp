@@ -57,6 +57,7 @@ DetailShape::DetailShape(const model::DetailLayers& layers) {
     triangles_ = buffer_of(triangles);
     deformations_ = gl::make_buffer(sizeof(float) * model::kDeformationSize * std::size_t(marker_count_));
     parameters_ = gl::make_buffer(sizeof(float) * kParameters * triangles.size());
+    parameter_texels_ = gl::make_texels(GL_RGBA32F, parameters_);
     if (layers.model().medium.texels > 0) {
         medium_program_ = gl::make_compute(embedded::shaders_medium_comp, fmt::format("#define TERMS {}\n", model::term_count(layers.model().medium.order)));
         make_moved(layers);
@@ -106,8 +107,10 @@ void DetailShape::make_moved(const model::DetailLayers& layers) {
     }
     moved_count_ = int(moved.size());
     moved_ = buffer_of(moved);
-    texels_ = buffer_of(texels);
+    places_ = buffer_of(texels);
+    place_texels_ = gl::make_texels(GL_RGBA32F, places_);
     coefficients_ = buffer_of(medium_coefficients(layers.model(), layers.medium_surface()));
+    coefficient_texels_ = gl::make_texels(GL_RGB32F, coefficients_);
 }
 
 bool DetailShape::take(const std::vector<float>& medium, std::size_t& budget) {
@@ -117,6 +120,7 @@ bool DetailShape::take(const std::vector<float>& medium, std::size_t& budget) {
     budget -= sizeof medium[0] * now;
     if ((taken_ += now) < medium.size()) return false;
     coefficients_ = std::exchange(coming_, gl::Buffer());
+    coefficient_texels_ = gl::make_texels(GL_RGB32F, coefficients_);
     taken_ = 0;
     return true;
 }
@@ -144,8 +148,9 @@ void DetailShape::form(const gl::Buffer& positions, const RigidPose& pose, bool 
     medium_program_.set("rotation", rotation);
     medium_program_.use();
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, moved_.id());
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, texels_.id());
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, coefficients_.id());
+    glBindTextureUnit(4, place_texels_.id());
+    glBindTextureUnit(5, coefficient_texels_.id());
+    glBindTextureUnit(6, parameter_texels_.id());
     dispatch(moved_count_);
 }
 

@@ -19,7 +19,7 @@ public:
     void form(const gl::Buffer& positions, const RigidPose& pose, bool medium);
 
     /// 12 floats per marker triangle: six of d1, six of d2 (model::DomainParameters).
-    const gl::Buffer& parameters() const { return parameters_; }
+    const gl::Texture& parameters() const { return parameter_texels_; }
     model::DomainParameters read_parameters() const;   ///< for tests
 
 private:
@@ -28,7 +28,8 @@ private:
 
     int marker_count_ = 0, triangle_count_ = 0, moved_count_ = 0;
     gl::Program deformation_program_, parameters_program_, medium_program_;
-    gl::Buffer markers_, near_, triangles_, deformations_, parameters_, moved_, texels_, coefficients_;
+    gl::Buffer markers_, near_, triangles_, deformations_, parameters_, moved_, places_, coefficients_;
+    gl::Texture place_texels_, coefficient_texels_, parameter_texels_;   // of medium.comp
     gl::Buffer coming_;             // coefficients that are under way
     std::size_t taken_ = 0;         // numbers of them that are there
 };

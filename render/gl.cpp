@@ -63,6 +63,12 @@ Texture make_texture(GLenum target) {
 }
 
 Texture make_texels(GLenum format, const Buffer& buffer) {
+    GLint64 bytes = 0;
+    GLint most = 0;
+    glGetNamedBufferParameteri64v(buffer.id(), GL_BUFFER_SIZE, &bytes);
+    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &most);
+    const int channels = format == GL_RGBA32F ? 4 : format == GL_RGB32F ? 3 : format == GL_RG32UI ? 2 : 1;
+    if (bytes / (4 * channels) > most) throw EnvironmentError("this OpenGL driver's buffers are too small for a mesh of this size");
     Texture texels = make_texture(GL_TEXTURE_BUFFER);
     glTextureBuffer(texels.id(), format, buffer.id());
     return texels;

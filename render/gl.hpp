@@ -48,7 +48,8 @@ using Renderbuffer = Name<delete_renderbuffer>;
 /// A buffer of `bytes` bytes; `content` null leaves it undefined. At least 16 bytes, so that it can always be bound.
 Buffer make_buffer(std::size_t bytes, const void* content = nullptr);
 Texture make_texture(GLenum target);
-/// A buffer as shaders fetch it by the texel. In software that is a load for each, where storage blocks take one for each number.
+/// A buffer as shaders fetch it by the texel, of 32-bit channels. In software that is a load for each, where storage blocks take
+/// one for each number. Throws EnvironmentError when it has more texels than the driver can fetch.
 Texture make_texels(GLenum format, const Buffer& buffer);
 VertexArray make_vertex_array();
 Framebuffer make_framebuffer();

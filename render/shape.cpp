@@ -74,7 +74,7 @@ Shape::Shape(const model::FaceModel& model, const model::LinearMotion& composed)
     glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &largest);
     glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &most_texels);
     const auto texels = std::size_t(neutral.rows());
-    if (bytes > std::size_t(largest) || texels > std::size_t(most_texels))
+    if (bytes > std::size_t(largest))
         throw EnvironmentError("this OpenGL driver's buffers are too small for a mesh of this size");
     per_buffer_ = bytes ? std::max(1, int(std::min<std::size_t>(std::size_t(most_texels) / texels, 1 << 20))) : 1;
     for (int first = 0; first < components_; first += per_buffer_) {

@@ -3,36 +3,30 @@
 layout(local_size_x = 64) in;
 
 struct Moved { uint vertex; uint begin; uint end; };
-struct Texel { float weight; uint triangle; float b1; float b2; };
 layout(std430, binding = 0) buffer Positions { float positions[]; };               // 3 V, posed
 layout(std430, binding = 1) readonly buffer MovedVertices { Moved moved[]; };
-layout(std430, binding = 2) readonly buffer Texels { Texel texels[]; };
-layout(std430, binding = 3) readonly buffer Coefficients { float coefficients[]; };  // per texel: 3 channels of TERMS
-layout(std430, binding = 4) readonly buffer Parameters { float parameters[]; };      // 12 per marker triangle
+layout(binding = 4) uniform samplerBuffer texels;        // weight, marker triangle (bits of an integer), b1, b2
+layout(binding = 5) uniform samplerBuffer coefficients;  // per texel TERMS of three channels
+layout(binding = 6) uniform samplerBuffer parameters;    // 3 per marker triangle: d1 in 6 numbers, then d2
 
 uniform int moved_count;
 uniform mat3 rotation;
-
-float quadratic(uint at, float b1, float b2) {
-    return parameters[at] + b1 * (parameters[at + 1u] + parameters[at + 3u] * b1 + parameters[at + 4u] * b2) +
-           b2 * (parameters[at + 2u] + parameters[at + 5u] * b2);
-}
 
 void main() {
     const uint i = gl_GlobalInvocationID.x;
     if (i >= uint(moved_count)) return;
     vec3 sum = vec3(0);
     for (uint t = moved[i].begin; t < moved[i].end; ++t) {
-        const Texel texel = texels[t];
-        const float d1 = quadratic(12u * texel.triangle, texel.b1, texel.b2);
-        const float d2 = quadratic(12u * texel.triangle + 6u, texel.b1, texel.b2);
+        const vec4 texel = texelFetch(texels, int(t));
+        const int at = 3 * floatBitsToInt(texel.y);
+        const vec4 p = texelFetch(parameters, at), q = texelFetch(parameters, at + 1), r = texelFetch(parameters, at + 2);
+        const float b1 = texel.z, b2 = texel.w;
+        const float d1 = p.x + b1 * (p.y + p.w * b1 + q.x * b2) + b2 * (p.z + q.y * b2);
+        const float d2 = q.z + b1 * (q.w + r.y * b1 + r.z * b2) + b2 * (r.x + r.w * b2);
         const float term[10] = float[10](1.0, d1, d2, d1 * d1, d1 * d2, d2 * d2, d1 * d1 * d1, d1 * d1 * d2, d1 * d2 * d2, d2 * d2 * d2);
         vec3 value = vec3(0);
-        for (uint k = 0u; k < uint(TERMS); ++k) {
-            const uint at = 3u * uint(TERMS) * t + k;
-            value += term[k] * vec3(coefficients[at], coefficients[at + uint(TERMS)], coefficients[at + 2u * uint(TERMS)]);
-        }
-        sum += texel.weight * value;
+        for (int k = 0; k < TERMS; ++k) value += term[k] * texelFetch(coefficients, TERMS * int(t) + k).xyz;
+        sum += texel.x * value;
     }
     const uint at = 3u * moved[i].vertex;
     const vec3 offset = rotation * sum;
