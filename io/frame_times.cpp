@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/fault_list.hpp"
 #include "io/limits.hpp"
 
 namespace mien::io {
@@ -14,12 +15,14 @@ Result<FrameTimes> number_frames(const std::vector<double>& times, double longes
     if (times.empty()) return result;
     result.frame_of_row = {0};
     std::vector<double> steps;
+    FaultList faults;
     for (std::size_t i = 1; i < times.size(); ++i) {
         const double step = times[i] - times[i - 1];
         if (!(step >= 0 && step <= longest_gap))
-            return Error{ErrorCode::invalid, fmt::format("row {}: the time {} by {:.3f}", i, step < 0 ? "runs back" : "jumps", std::abs(step))};
+            faults.add(fmt::format("row {}: the time {} by {:.3f}", i, step < 0 ? "runs back" : "jumps", std::abs(step)));
         steps.push_back(step);
     }
+    if (!faults.empty()) return faults.error();
     if (steps.empty()) return result;
 
     std::vector<double> sorted = steps;

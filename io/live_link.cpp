@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "io/fault_list.hpp"
 #include "io/file.hpp"
 #include "io/frame_times.hpp"
 #include "io/limits.hpp"
@@ -85,18 +86,21 @@ Result<Columns> parse_columns(std::string_view line) {
     return columns;
 }
 
-Result<std::vector<Row>> parse_rows(Lines& lines, const Columns& columns) {
+/// Those that have a timecode and all columns; `faults` gets the others.
+Result<std::vector<Row>> parse_rows(Lines& lines, const Columns& columns, FaultList& faults) {
     std::vector<Row> rows;
     for (std::string_view line; lines.next(line);) {
         if (trimmed(line).empty()) continue;
         const auto fields = split(line, ',');
-        const auto refuse = [&](std::string_view what) {
-            return Error{ErrorCode::invalid, fmt::format("line {}: {}", lines.number(), what)};
-        };
-        if (fields.size() != columns.count)
-            return refuse(fmt::format("{} columns where the header has {}", fields.size(), columns.count));
+        if (fields.size() != columns.count) {
+            faults.add(lines.number(), fmt::format("{} columns where the header has {}", fields.size(), columns.count));
+            continue;
+        }
         const auto time = parse_timecode(fields[0]);
-        if (!time) return refuse(fmt::format("\"{}\" is no timecode HH:MM:SS:FF.sss", fields[0]));
+        if (!time) {
+            faults.add(lines.number(), fmt::format("\"{}\" is no timecode HH:MM:SS:FF.sss", fields[0].substr(0, 40)));
+            continue;
+        }
         Row row{*time, lines.number(), {}};
         const auto take = [&](std::size_t column) {
             const float value = static_cast<float>(parse_double(fields[column]).value_or(NAN));
@@ -110,12 +114,12 @@ Result<std::vector<Row>> parse_rows(Lines& lines, const Columns& columns) {
         rows.push_back(std::move(row));
         if (std::int64_t(rows.size()) > kMaxFrames) return Error{ErrorCode::limit_exceeded, "too many frames"};
     }
-    if (rows.empty()) return Error{ErrorCode::invalid, "the Live Link Face file has no frames"};
+    if (rows.empty() && faults.empty()) return Error{ErrorCode::invalid, "the Live Link Face file has no frames"};
     return rows;
 }
 
-/// Every value is a number, or the error names those that are not by weight and frame.
-Result<void> check_finite(const std::vector<Row>& rows, const Columns& columns, const std::vector<std::int64_t>& frame_of_row) {
+/// Names the values that are no numbers by weight and frame; empty when all are.
+std::string not_finite(const std::vector<Row>& rows, const Columns& columns, const std::vector<std::int64_t>& frame_of_row) {
     const std::vector<std::string> angle_names(std::begin(kAngles), std::end(kAngles));
     PointFaults weights("weight", "weights", &columns.names), angles("angle", "angles", &angle_names);
     std::size_t line = 0;
@@ -126,9 +130,9 @@ Result<void> check_finite(const std::vector<Row>& rows, const Columns& columns, 
             if (i < columns.names.size()) weights.add(frame_of_row[r], std::int64_t(i));
             else angles.add(frame_of_row[r], std::int64_t(i - columns.names.size()));
         }
-    if (line == 0) return {};
+    if (line == 0) return "";
     const bool both = !weights.empty() && !angles.empty();
-    return Error{ErrorCode::invalid, fmt::format("line {}: not a finite number: {}{}{}", line, weights.text(), both ? "; " : "", angles.text())};
+    return fmt::format("line {}: not a finite number: {}{}{}", line, weights.text(), both ? "; " : "", angles.text());
 }
 
 }  // namespace
@@ -167,7 +171,9 @@ Result<LiveLinkTake> parse_live_link(std::string_view text) {
     std::string_view line;
     if (!lines.next(line)) return Error{ErrorCode::invalid, "the file is empty"};
     MIEN_TRY(columns, parse_columns(line));
-    MIEN_TRY(rows, parse_rows(lines, columns));
+    FaultList faults;
+    MIEN_TRY(rows, parse_rows(lines, columns, faults));
+    if (rows.empty()) return faults.error();
 
     std::vector<Timecode> times;
     for (const Row& row : rows) times.push_back(row.time);
@@ -182,14 +188,16 @@ Result<LiveLinkTake> parse_live_link(std::string_view text) {
     }
     const auto numbered = number_frames(ticks, kLongestGap * rate);
     if (!numbered) {
-        // The same place by its line, which people can look up.
+        // The same places by their lines, which people can look up.
         for (std::size_t i = 1; i < ticks.size(); ++i)
             if (const double step = ticks[i] - ticks[i - 1]; !(step >= 0 && step <= kLongestGap * rate))
-                return Error{ErrorCode::invalid, fmt::format("line {}: the timecode jumps by {:.2f} s", rows[i].line, step / rate)};
+                faults.add(rows[i].line, fmt::format("the timecode jumps by {:.2f} s", step / rate));
+        if (!faults.empty()) return faults.error();
         return Error{numbered.error().code, "the timecodes make no sense: " + numbered.error().message};
     }
     const std::vector<std::int64_t>& frame_of_row = numbered->frame_of_row;
-    MIEN_CHECK(check_finite(rows, columns, frame_of_row));
+    const std::string no_numbers = not_finite(rows, columns, frame_of_row);
+    if (!no_numbers.empty() || !faults.empty()) return faults.error(no_numbers);
     LiveLinkTake take;
     take.frame_rate = numbered->step > 0 ? usual_rate(rate / numbered->step) : Rational{30, 1};
     for (std::size_t i = 1; i < frame_of_row.size(); ++i)

@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "io/fault_list.hpp"
 #include "io/file.hpp"
 #include "io/npy.hpp"
 #include "io/text.hpp"
@@ -30,6 +31,7 @@ std::vector<std::string_view> fields_of(std::string_view line, char separator) {
 
 Result<NumberTable> parse_number_table(std::string_view text) {
     NumberTable table;
+    FaultList faults;
     char separator = 0;
     Lines lines(text);
     for (std::string_view line; lines.next(line);) {
@@ -51,20 +53,22 @@ Result<NumberTable> parse_number_table(std::string_view text) {
         }
         while (std::int64_t(fields.size()) > table.columns && fields.back().empty()) fields.pop_back();
         if (std::int64_t(fields.size()) < table.columns) table.short_lines.add(std::int64_t(lines.number()));
-        if (std::int64_t(fields.size()) > table.columns)
-            return Error{ErrorCode::invalid, fmt::format("line {}: {} columns where the first line has {}", lines.number(), fields.size(), table.columns)};
+        if (std::int64_t(fields.size()) > table.columns) {
+            faults.add(lines.number(), fmt::format("{} columns where the first line has {}", fields.size(), table.columns));
+            fields.resize(std::size_t(table.columns));
+        }
         for (std::size_t c = 0; c < fields.size(); ++c) {
             const auto value = fields[c].empty() ? std::numeric_limits<double>::quiet_NaN() : parse_double(fields[c]);
             if (!value)
-                return Error{ErrorCode::invalid, fmt::format("line {}: \"{}\" in column {} is not a number", lines.number(), fields[c].substr(0, 40),
-                                                             table.names.empty() ? std::to_string(c + 1) : table.names[c])};
-            table.values.push_back(static_cast<float>(*value));
+                faults.add(lines.number(), fmt::format("\"{}\" in column {} is not a number", fields[c].substr(0, 40), table.names.empty() ? std::to_string(c + 1) : table.names[c]));
+            table.values.push_back(static_cast<float>(value.value_or(0)));
         }
         ++table.rows;
         table.values.resize(std::size_t(table.rows * table.columns), std::numeric_limits<float>::quiet_NaN());
         // Short lines stand for blanks, but a small file may not ask for a huge table.
         if (table.values.size() > 64 * text.size() + (1 << 20) || std::int64_t(table.values.size()) > kMaxValues / 8) return Error{ErrorCode::limit_exceeded, "the table is too large; use NPY"};
     }
+    if (!faults.empty()) return faults.error();
     return table;
 }
 

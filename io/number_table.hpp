@@ -23,7 +23,7 @@ struct NumberTable {
 
 /// Text columns between commas, semicolons, tabs or spaces (told by the first line); a first line that is not all numbers is
 /// the header; lines that begin with '#' are skipped. Rows may be shorter than the first (the rest is blank), never longer.
-/// Errors: invalid naming line and column.
+/// Errors: invalid naming line and column of all that is no number.
 Result<NumberTable> parse_number_table(std::string_view text);
 
 /// The same from an NPY file of one or two dimensions, or from text, by the name's ending. A 1-D array is one column.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "io/fault_list.hpp"
 #include "io/file.hpp"
 #include "io/index_ranges.hpp"
 #include "io/limits.hpp"
@@ -89,35 +90,33 @@ private:
     std::size_t line_ = 1;
 };
 
-Error at_line(const Cursor& cursor, ErrorCode code, std::string_view what) {
-    return {code, fmt::format("line {}: {}", cursor.line(), what)};
-}
+Error too_many(const Cursor& cursor, const char* what) { return {ErrorCode::limit_exceeded, fmt::format("line {}: too many {}", cursor.line(), what)}; }
 
-/// The v lines as they come.
+/// The v lines as they come. One that is wrong keeps its place, so that faces name the others rightly.
 class Vertices {
 public:
-    explicit Vertices(std::size_t text_size) { xyz_.reserve(text_size / 24); }
+    Vertices(std::size_t text_size, FaultList& faults) : faults_(faults) { xyz_.reserve(text_size / 24); }
 
     Result<void> take(Cursor& cursor) {
-        bool finite = true;
-        for (int i = 0; i < 3; ++i) {
-            float value = 0;
-            if (!cursor.number(value)) return at_line(cursor, ErrorCode::invalid, fmt::format("vertex {} has no three numbers", count()));
-            finite = finite && std::isfinite(value);
-            xyz_.push_back(value);
-        }
-        if (count() > std::size_t(kMaxVertices)) return at_line(cursor, ErrorCode::limit_exceeded, "too many vertices");
+        float xyz[3] = {};
+        if (!cursor.number(xyz[0]) || !cursor.number(xyz[1]) || !cursor.number(xyz[2])) faults_.add(cursor.line(), fmt::format("vertex {} has no three numbers", count()));
+        const bool finite = std::isfinite(xyz[0]) && std::isfinite(xyz[1]) && std::isfinite(xyz[2]);
+        xyz_.insert(xyz_.end(), xyz, xyz + 3);
+        if (count() > std::size_t(kMaxVertices)) return too_many(cursor, "vertices");
         if (!finite && not_finite_.empty()) first_line_ = cursor.line();
         if (!finite) not_finite_.add(std::int64_t(count()) - 1);
         return {};
     }
     std::size_t count() const { return xyz_.size() / 3; }
+    /// After the last line: the points, or what was wrong on any line.
     Result<Points> points() const {
-        if (!not_finite_.empty()) return Error{ErrorCode::invalid, fmt::format("line {}: {} not finite", first_line_, not_finite_.subject("vertex", "vertices"))};
+        if (!not_finite_.empty()) return faults_.error(fmt::format("line {}: {} not finite", first_line_, not_finite_.subject("vertex", "vertices")));
+        if (!faults_.empty()) return faults_.error();
         return Points(Eigen::Map<const Points>(xyz_.data(), Eigen::Index(count()), 3));
     }
 
 private:
+    FaultList& faults_;
     std::vector<float> xyz_;
     IndexRanges not_finite_;
     std::size_t first_line_ = 0;  ///< of not_finite_
@@ -157,42 +156,53 @@ private:
     bool changed_ = true;
 };
 
-Result<std::uint32_t> resolve(const Cursor& cursor, std::int64_t index, std::size_t count, const char* what) {
-    const std::int64_t from_zero = index > 0 ? index - 1 : index + std::int64_t(count);
-    if (index == 0 || from_zero < 0 || from_zero >= std::int64_t(count))
-        return at_line(cursor, ErrorCode::invalid, fmt::format("{} {} does not exist ({} so far)", what, index, count));
-    return static_cast<std::uint32_t>(from_zero);
-}
-
 constexpr std::uint32_t kNoTexcoord = 0xffffffffu;
 
 struct Corner {
     std::uint32_t vertex, texcoord;
 };
 
-Result<Corner> parse_corner(Cursor& cursor, std::size_t vertices, std::size_t texcoords) {
-    std::int64_t index = 0;
-    if (!cursor.integer(index)) return at_line(cursor, ErrorCode::invalid, "a face corner is not a number");
-    MIEN_TRY(vertex, resolve(cursor, index, vertices, "vertex"));
-    Corner corner{vertex, kNoTexcoord};
-    if (cursor.take('/')) {
-        if (!cursor.take('/')) {
-            if (!cursor.integer(index)) return at_line(cursor, ErrorCode::invalid, "a face's texture index is not a number");
-            MIEN_TRY(texcoord, resolve(cursor, index, texcoords, "texture coordinate"));
-            corner.texcoord = texcoord;
-            if (cursor.take('/')) cursor.integer(index);
-        } else {
-            cursor.integer(index);  // the normal's index says nothing we keep
+/// The corners of the faces. After a wrong one the rest of its line is left out.
+class Corners {
+public:
+    Corners(Cursor& cursor, FaultList& faults) : cursor_(cursor), faults_(faults) {}
+
+    bool take(std::size_t vertices, std::size_t texcoords, Corner& corner) {
+        std::int64_t index = 0;
+        if (!cursor_.integer(index)) return refuse("a face corner is not a number");
+        if (!resolve(index, vertices, "vertex", corner.vertex)) return false;
+        corner.texcoord = kNoTexcoord;
+        if (cursor_.take('/')) {
+            if (!cursor_.take('/')) {
+                if (!cursor_.integer(index)) return refuse("a face's texture index is not a number");
+                if (!resolve(index, texcoords, "texture coordinate", corner.texcoord)) return false;
+                if (cursor_.take('/')) cursor_.integer(index);
+            } else {
+                cursor_.integer(index);  // the normal's index says nothing we keep
+            }
         }
+        return true;
     }
-    return corner;
-}
+
+private:
+    bool refuse(std::string_view what) { return faults_.add(cursor_.line(), what), false; }
+    bool resolve(std::int64_t index, std::size_t count, const char* what, std::uint32_t& to) {
+        const std::int64_t from_zero = index > 0 ? index - 1 : index + std::int64_t(count);
+        if (index == 0 || from_zero < 0 || from_zero >= std::int64_t(count)) return refuse(fmt::format("{} {} does not exist ({} so far)", what, index, count));
+        to = static_cast<std::uint32_t>(from_zero);
+        return true;
+    }
+
+    Cursor& cursor_;
+    FaultList& faults_;
+};
 
 }  // namespace
 
 Result<Mesh> parse_obj(std::string_view text) {
     Mesh mesh;
-    Vertices vertices(text.size());
+    FaultList faults;
+    Vertices vertices(text.size(), faults);
     std::vector<Corner> polygon;
     Parts parts;
     bool any_texcoord = false, any_without = false;
@@ -203,22 +213,22 @@ Result<Mesh> parse_obj(std::string_view text) {
             MIEN_CHECK(vertices.take(cursor));
         } else if (word == "vt") {
             float u = 0, v = 0;
-            if (!cursor.number(u) || !std::isfinite(u)) return at_line(cursor, ErrorCode::invalid, "a texture coordinate has no finite number");
+            bool good = cursor.number(u) && std::isfinite(u);
             cursor.skip_blanks();
-            if (!cursor.at_line_end() && (!cursor.number(v) || !std::isfinite(v)))
-                return at_line(cursor, ErrorCode::invalid, "a texture coordinate has no two finite numbers");
+            if (good && !cursor.at_line_end()) good = cursor.number(v) && std::isfinite(v);
+            if (!good) faults.add(cursor.line(), fmt::format("texture coordinate {} has no finite numbers", mesh.texcoords.size()));
             mesh.texcoords.emplace_back(u, v);
-            if (mesh.texcoords.size() > std::size_t(3 * kMaxTriangles))
-                return at_line(cursor, ErrorCode::limit_exceeded, "too many texture coordinates");
+            if (mesh.texcoords.size() > std::size_t(3 * kMaxTriangles)) return too_many(cursor, "texture coordinates");
         } else if (word == "f") {
             polygon.clear();
-            for (cursor.skip_blanks(); !cursor.at_line_end(); cursor.skip_blanks()) {
-                MIEN_TRY(corner, parse_corner(cursor, vertices.count(), mesh.texcoords.size()));
-                polygon.push_back(corner);
-            }
-            if (polygon.size() < 3) return at_line(cursor, ErrorCode::invalid, "a face has fewer than three corners");
-            if (mesh.triangles.size() + polygon.size() > std::size_t(kMaxTriangles))
-                return at_line(cursor, ErrorCode::limit_exceeded, "too many triangles");
+            Corner corner;
+            bool good = true;
+            Corners corners(cursor, faults);
+            for (cursor.skip_blanks(); good && !cursor.at_line_end(); cursor.skip_blanks())
+                if (good = corners.take(vertices.count(), mesh.texcoords.size(), corner); good) polygon.push_back(corner);
+            if (good && polygon.size() < 3) faults.add(cursor.line(), "a face has fewer than three corners");
+            if (!good || polygon.size() < 3) continue;
+            if (mesh.triangles.size() + polygon.size() > std::size_t(kMaxTriangles)) return too_many(cursor, "triangles");
             parts.add_triangles(mesh.parts, std::uint32_t(mesh.triangles.size()), std::uint32_t(polygon.size() - 2));
             for (std::size_t i = 2; i < polygon.size(); ++i) {
                 const Corner &a = polygon[0], &b = polygon[i - 1], &c = polygon[i];
@@ -247,7 +257,8 @@ Result<Mesh> parse_obj(std::string_view text) {
 }
 
 Result<Points> parse_obj_positions(std::string_view text) {
-    Vertices vertices(text.size());
+    FaultList faults;
+    Vertices vertices(text.size(), faults);
     for (Cursor cursor(text); !cursor.at_end(); cursor.next_line())
         if (cursor.word() == "v") MIEN_CHECK(vertices.take(cursor));
     return vertices.points();

@@ -11,7 +11,7 @@ namespace mien::io {
 /// Wavefront OBJ: v, vt, f (polygons become fans in place, so that order is kept; negative indices count back), and
 /// usemtl, g, o as MeshParts whose Surface is guessed from the names. Everything else is skipped. Lengths stay in the file's
 /// unit. If only some faces have texture coordinates, the others share one point of their own, so they cover no texel.
-/// Errors: invalid naming the line (bad number, index out of range) or all vertices that are not finite and the first one's line,
+/// Errors: invalid naming the lines (bad number, index out of range), and all vertices that are not finite with the first one's line;
 /// limit_exceeded.
 Result<Mesh> parse_obj(std::string_view text);
 Result<Mesh> read_obj(const std::filesystem::path& path);

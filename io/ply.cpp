@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "io/fault_list.hpp"
 #include "io/file.hpp"
 #include "io/index_ranges.hpp"
 #include "io/limits.hpp"
@@ -46,7 +47,8 @@ struct Element {
 struct Header {
     Coding coding = Coding::ascii;
     std::vector<Element> elements;
-    std::size_t size = 0;  ///< bytes
+    std::size_t size = 0;   ///< bytes
+    std::size_t lines = 0;
 };
 
 Result<Header> parse_header(std::string_view text) {
@@ -58,6 +60,7 @@ Result<Header> parse_header(std::string_view text) {
         if (end == std::string_view::npos) break;
         std::string_view line = trimmed(text.substr(at, end - at));
         at = end + 1;
+        ++header.lines;
         const auto word = take_word(line);
         if (word == "end_header") {
             header.size = at;
@@ -99,14 +102,31 @@ Result<Header> parse_header(std::string_view text) {
     return Error{ErrorCode::truncated, "the PLY header does not end"};
 }
 
-/// Values one by one, from text or bytes. After a short or bad read every value is zero and ok() stays false.
+/// Values one by one, from text or bytes. After the end every value is zero and ok() stays false. In text every entry of an element has a
+/// line of its own, so that what is wrong with one leaves the others alone.
 class Values {
 public:
-    Values(ByteView bytes, Coding coding) : bytes_(bytes), coding_(coding) {}
+    Values(ByteView bytes, const Header& header, FaultList& faults) : bytes_(bytes.subspan(header.size)), coding_(header.coding), faults_(faults), line_(header.lines) {}
 
+    void begin_entry() {
+        good_ = ok_;
+        if (coding_ != Coding::ascii) return;
+        std::size_t begin = line_end_;
+        for (words_ = {}; words_.empty() && begin < bytes_.size(); ++line_) {
+            const std::string_view rest(reinterpret_cast<const char*>(bytes_.data()) + begin, bytes_.size() - begin);
+            const std::size_t length = std::min(rest.find('\n'), rest.size());
+            words_ = trimmed(rest.substr(0, length));
+            begin = std::min(begin + length + 1, bytes_.size());
+        }
+        at_ = line_end_ = begin;
+        good_ = ok_ = !words_.empty();
+    }
+    void end_entry() {
+        if (good_ && !trimmed(words_).empty()) fault("more numbers than the header tells of");
+    }
     double next(Number number) {
-        if (coding_ == Coding::ascii) return next_text();
-        if (!ok_ || bytes_.size() - at_ < std::size_t(number.size)) return ok_ = false, 0;
+        if (coding_ == Coding::ascii) return next_word();
+        if (!ok_ || bytes_.size() - at_ < std::size_t(number.size)) return good_ = ok_ = false, 0;
         std::uint64_t bits = 0;
         for (int i = 0; i < number.size; ++i) {
             const auto byte = std::to_integer<std::uint64_t>(bytes_[at_ + std::size_t(coding_ == Coding::little ? i : number.size - 1 - i)]);
@@ -119,36 +139,43 @@ public:
         const int unused = 64 - 8 * number.size;
         return double(static_cast<std::int64_t>(bits << unused) >> unused);
     }
+    /// Tells of a fault in this entry, whose other values then do not count.
+    void fault(std::string what) {
+        if (coding_ == Coding::ascii) faults_.add(line_, what);
+        else faults_.add(std::move(what));
+        good_ = false;
+    }
     bool ok() const { return ok_; }
+    bool good() const { return good_; }  ///< ok(), and no fault in this entry
     std::size_t remaining() const { return bytes_.size() - at_; }
 
 private:
-    double next_text() {
-        const auto* text = reinterpret_cast<const char*>(bytes_.data());
-        const auto blank = [&](std::size_t i) { return text[i] == ' ' || text[i] == '\t' || text[i] == '\n' || text[i] == '\r'; };
-        while (at_ < bytes_.size() && blank(at_)) ++at_;
-        const std::size_t begin = at_;
-        while (at_ < bytes_.size() && !blank(at_)) ++at_;
-        const auto value = parse_double({text + begin, at_ - begin});
-        if (!ok_ || !value) return ok_ = false, 0;
-        return *value;
+    double next_word() {
+        if (!good_) return 0;
+        const std::string_view word = take_word(words_);
+        const auto value = parse_double(word);
+        if (!value) fault(word.empty() ? "fewer numbers than the header tells of" : fmt::format("\"{}\" is not a number", word.substr(0, 40)));
+        return value.value_or(0);
     }
 
     ByteView bytes_;
     Coding coding_;
-    std::size_t at_ = 0;
-    bool ok_ = true;
+    FaultList& faults_;
+    std::size_t at_ = 0, line_end_ = 0, line_;
+    std::string_view words_;  ///< what is left of the line
+    bool ok_ = true, good_ = true;
 };
 
 struct Reading {
     std::vector<float> xyz;
     std::vector<Vec2> vertex_uv;
     Mesh mesh;
+    IndexRanges not_finite;  ///< vertices
     bool face_uv = false;
 };
 
 Error out_of_values(const Element& element, std::int64_t i) {
-    return {ErrorCode::truncated, fmt::format("the PLY file ends or has no number at {} {} of {}", element.name, i, element.count)};
+    return {ErrorCode::truncated, fmt::format("the PLY file ends at {} {} of {}", element.name, i, element.count)};
 }
 
 Result<void> read_vertices(const Element& element, Values& values, Reading& to) {
@@ -163,26 +190,26 @@ Result<void> read_vertices(const Element& element, Values& values, Reading& to) 
     if (column[0] < 0 || column[1] < 0 || column[2] < 0) return Error{ErrorCode::invalid, "the PLY vertices lack x, y or z"};
     const bool textured = column[3] >= 0 && column[4] >= 0;
     std::vector<double> row(element.properties.size());
-    IndexRanges not_finite;
     for (std::int64_t v = 0; v < element.count; ++v) {
+        values.begin_entry();
         for (std::size_t p = 0; p < row.size(); ++p) {
             const Property& property = element.properties[p];
             if (property.length) {
                 const double length = values.next(*property.length);
-                for (double i = 0; i < length && values.ok(); ++i) values.next(property.value);
+                for (double i = 0; i < length && values.good(); ++i) values.next(property.value);
             } else {
                 row[p] = values.next(property.value);
             }
         }
+        values.end_entry();
         if (!values.ok()) return out_of_values(element, v);
         for (int axis = 0; axis < 3; ++axis) {
             const auto value = static_cast<float>(row[std::size_t(column[axis])]);
-            if (!std::isfinite(value)) not_finite.add(v);
+            if (!std::isfinite(value)) to.not_finite.add(v);
             to.xyz.push_back(value);
         }
         if (textured) to.vertex_uv.emplace_back(float(row[std::size_t(column[3])]), float(row[std::size_t(column[4])]));
     }
-    if (!not_finite.empty()) return Error{ErrorCode::invalid, not_finite.subject("vertex", "vertices") + " not finite"};
     return {};
 }
 
@@ -192,6 +219,7 @@ Result<void> read_faces(const Element& element, Values& values, std::int64_t ver
     for (std::int64_t f = 0; f < element.count; ++f) {
         corners.clear();
         uv.clear();
+        values.begin_entry();
         for (const Property& property : element.properties) {
             const double length = property.length ? values.next(*property.length) : 1;
             if (property.length && !(length >= 0 && length <= 65536))
@@ -203,17 +231,18 @@ Result<void> read_faces(const Element& element, Values& values, std::int64_t ver
                 const double value = values.next(property.value);
                 if (!values.ok()) return out_of_values(element, f);
                 if (indices) {
-                    if (!(value >= 0 && value < double(vertices)))
-                        return Error{ErrorCode::invalid, fmt::format("face {} names vertex {} of {}", f, value, vertices)};
-                    corners.push_back(static_cast<std::uint32_t>(value));
+                    if (values.good() && !(value >= 0 && value < double(vertices))) values.fault(fmt::format("face {} names vertex {} of {}", f, value, vertices));
+                    corners.push_back(values.good() ? static_cast<std::uint32_t>(value) : 0);
                 } else if (texcoords) {
                     if (i % 2 == 1) uv.emplace_back(float(held), float(value));
                     held = value;
                 }
             }
         }
+        values.end_entry();
         if (!values.ok()) return out_of_values(element, f);
-        if (corners.size() < 3) return Error{ErrorCode::invalid, fmt::format("face {} has fewer than three corners", f)};
+        if (values.good() && corners.size() < 3) values.fault(fmt::format("face {} has fewer than three corners", f));
+        if (!values.good()) continue;
         if (std::int64_t(to.mesh.triangles.size() + corners.size()) > kMaxTriangles)
             return Error{ErrorCode::limit_exceeded, "too many triangles"};
         const bool textured = uv.size() == corners.size();
@@ -233,7 +262,8 @@ Result<void> read_faces(const Element& element, Values& values, std::int64_t ver
 
 Result<Mesh> parse_ply(ByteView bytes) {
     MIEN_TRY(header, parse_header({reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
-    Values values(bytes.subspan(header.size), header.coding);
+    FaultList faults;
+    Values values(bytes, header, faults);
     Reading reading;
     bool has_vertices = false;
     for (const Element& element : header.elements) {
@@ -250,23 +280,29 @@ Result<Mesh> parse_ply(ByteView bytes) {
             MIEN_CHECK(read_faces(element, values, std::int64_t(reading.xyz.size() / 3), reading));
         } else {
             for (std::int64_t i = 0; i < element.count; ++i) {
+                values.begin_entry();
                 for (const Property& property : element.properties) {
                     const double length = property.length ? values.next(*property.length) : 1;
-                    for (double k = 0; k < length && values.ok(); ++k) values.next(property.value);
+                    for (double k = 0; k < length && values.good(); ++k) values.next(property.value);
                 }
+                values.end_entry();
                 if (!values.ok()) return out_of_values(element, i);
             }
         }
     }
     if (!has_vertices) return Error{ErrorCode::invalid, "the PLY file has no vertices"};
+    if (!reading.not_finite.empty()) return faults.error(reading.not_finite.subject("vertex", "vertices") + " not finite");
+    if (!faults.empty()) return faults.error();
     Mesh mesh = std::move(reading.mesh);
     mesh.positions = Eigen::Map<const Points>(reading.xyz.data(), Eigen::Index(reading.xyz.size() / 3), 3);
     if (!reading.face_uv) {
         mesh.texcoords = std::move(reading.vertex_uv);
         mesh.texcoord_triangles = mesh.texcoords.empty() ? std::vector<Triangle>{} : mesh.triangles;
     }
-    for (const Vec2& uv : mesh.texcoords)
-        if (!uv.allFinite()) return Error{ErrorCode::invalid, "a texture coordinate is not finite"};
+    IndexRanges no_place;
+    for (std::size_t i = 0; i < mesh.texcoords.size(); ++i)
+        if (!mesh.texcoords[i].allFinite()) no_place.add(std::int64_t(i));
+    if (!no_place.empty()) return Error{ErrorCode::invalid, no_place.subject("texture coordinate", "texture coordinates") + " not finite"};
     return mesh;
 }
 

@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <limits>
 
+#include "io/fault_list.hpp"
 #include "io/frame_times.hpp"
 #include "io/limits.hpp"
 #include "io/marker_file.hpp"
@@ -55,14 +57,15 @@ Result<MarkerTake> parse_trc(std::string_view text) {
         take.names.clear();
     }
 
+    FaultList faults;
     std::vector<float>& xyz = take.points.xyz;
     for (std::string_view line; lines.next(line);) {
         if (trimmed(line).empty()) continue;
         const auto fields = split(line, '\t');
-        const auto refuse = [&](std::string what) { return Error{ErrorCode::invalid, fmt::format("line {}: {}", lines.number(), what)}; };
-        if (!parse_double(fields[0])) return refuse(fmt::format("\"{}\" is not a frame number", fields[0].substr(0, 40)));
-        for (std::size_t i = std::size_t(markers) * 3 + 2; i < fields.size(); ++i)
-            if (!fields[i].empty()) return refuse(fmt::format("more than {} markers", markers));
+        const auto refuse = [&](std::string_view what) { return Error{ErrorCode::limit_exceeded, fmt::format("line {}: {}", lines.number(), what)}; };
+        if (!parse_double(fields[0])) faults.add(lines.number(), fmt::format("\"{}\" is not a frame number", fields[0].substr(0, 40)));
+        const auto beyond = fields.begin() + std::ptrdiff_t(std::min(fields.size(), std::size_t(markers) * 3 + 2));
+        if (std::any_of(beyond, fields.end(), [](std::string_view field) { return !field.empty(); })) faults.add(lines.number(), fmt::format("more than {} markers", markers));
         // Short lines stand for missing markers, but a small file may not ask for a huge table.
         if (xyz.size() > 64 * text.size() + (1 << 20)) return refuse("far fewer columns than markers");
         for (std::int64_t m = 0; m < markers; ++m) {
@@ -70,12 +73,13 @@ Result<MarkerTake> parse_trc(std::string_view text) {
                 const std::size_t c = std::size_t(m) * 3 + 2 + axis;
                 const bool blank = c >= fields.size() || fields[c].empty();
                 const auto value = blank ? std::numeric_limits<double>::quiet_NaN() : parse_double(fields[c]);
-                if (!value) return refuse(fmt::format("\"{}\" is not a number", fields[c].substr(0, 40)));
-                xyz.push_back(static_cast<float>(*value));
+                if (!value) faults.add(lines.number(), fmt::format("\"{}\" in column {} is not a number", fields[c].substr(0, 40), c + 1));
+                xyz.push_back(static_cast<float>(value.value_or(0)));
             }
         }
         if (++take.points.frames > kMaxFrames) return refuse("too many frames");
     }
+    if (!faults.empty()) return faults.error();
     take.points.points = markers;
     if (take.points.frames == 0) return Error{ErrorCode::invalid, "the TRC file has no frames"};
     if (stated_frames >= 0 && stated_frames != take.points.frames)

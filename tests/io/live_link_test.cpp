@@ -71,6 +71,12 @@ TEST(LiveLink, RefusesNonsenseByLine) {
                                     "10:00:00:10.0,61,0,x,0.1,0.2,nan,0,0,0,0,0,0\r\n");
     EXPECT_EQ(bad, "line 4: not a finite number: weight 0 (JawOpen) of frames 2, 4; weight 1 (MouthClose) of frame 5; angle 2 (headroll) of frame 5");
     EXPECT_NE(message("").find("no frames"), std::string::npos);
+    // What is wrong with some rows hides nothing of the others.
+    EXPECT_EQ(message(row("10:00:00:00.0", 0) + "10:00:00:02.0,61\n" + row("10:00:00:04.0", NAN) + row("soon", 0) + row("10:00:00:08.0", 0)),
+              "line 4: not a finite number: weight 0 (JawOpen) of frame 1; line 3: 2 columns where the header has 13; line 5: \"soon\" is no timecode HH:MM:SS:FF.sss");
+    EXPECT_EQ(message(row("10:00:00:00.0", 0) + row("10:00:30:00.0", 0) + "10:00:30:02.0\n" + row("10:00:10:00.0", 0)),
+              "line 4: 1 columns where the header has 13; line 3: the timecode jumps by 30.00 s; line 5: the timecode jumps by -20.00 s");
+    EXPECT_NE(message("1\n2\n").find("line 3"), std::string::npos);
     EXPECT_EQ(parse_live_link("a,b,c\n1,2,3\n").error().code, ErrorCode::bad_magic);
     EXPECT_FALSE(parse_live_link(""));
 }

@@ -49,6 +49,17 @@ TEST(MarkerTable, PlainColumnsAreThreePerMarker) {
     EXPECT_FALSE(parse_csv(""));
 }
 
+TEST(MarkerTable, EveryBadCellAndRowIsNamed) {
+    EXPECT_EQ(parse_csv("a_x,a_y,a_z\n1,x,y\n1,2,3\n1,2,3,4\n?,2,3\n").error().message,
+              "line 2: \"x\" in column a_y is not a number; line 2: \"y\" in column a_z is not a number; line 4: 4 columns where the first line has 3; "
+              "line 5: \"?\" in column a_x is not a number");
+    EXPECT_EQ(parse_csv("frame,a_x,a_y,a_z\n5,1,2,3\n4,1,2,3\n6,1,2,3\n5,1,2,3\n").error().message,
+              "column frame: row 1: the time runs back by 1.000; row 3: the time runs back by 1.000");
+    std::string many = "1,2,3\n";
+    for (int i = 0; i < 30; ++i) many += "1,2,z\n";
+    EXPECT_TRUE(parse_csv(many).error().message.ends_with("line 21: \"z\" in column 3 is not a number; and 10 more")) << parse_csv(many).error().message;
+}
+
 TEST(MarkerTable, LinesThatEndEarlyAndOtherColumnsAreToldOf) {
     const auto cut = parse_csv("a_x,a_y,a_z,b_x,b_y,b_z\n1,2,3,4,5,6\n1,2,3,4\n");
     ASSERT_TRUE(cut) << cut.error().message;
@@ -77,6 +88,8 @@ TEST(Trc, ReadsRateUnitNamesAndBlanks) {
     EXPECT_TRUE(take->points.frame(0).row(1).array().isNaN().all());
     EXPECT_EQ(take->points.frame(1)(1, 2), 9);
     EXPECT_EQ(parse_trc("frame,x\n").error().code, ErrorCode::bad_magic);
+    EXPECT_EQ(parse_trc("PathFileType\t4\nNumMarkers\n1\nFrame#\tTime\tNose\n\t\tX1\tY1\tZ1\none\t0\t1\t2\t3\n2\t0\tx\t2\tz\n3\t0\t1\t2\t3\n4\t0\t1\t2\t3\t4\n").error().message,
+              "line 6: \"one\" is not a frame number; line 7: \"x\" in column 3 is not a number; line 7: \"z\" in column 5 is not a number; line 9: more than 1 markers");
     EXPECT_EQ(parse_trc("PathFileType\t4\n").error().code, ErrorCode::truncated);
 }
 

@@ -60,6 +60,21 @@ TEST(Ply, EveryVertexThatIsNotFiniteIsNamed) {
     EXPECT_EQ(mesh.error().message, "vertices 0, 2-3 are not finite");
 }
 
+TEST(Ply, EveryBadLineIsNamedAndNoOther) {
+    const std::string header = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
+                               "element face 5\nproperty list uchar int vertex_indices\nend_header\n";
+    const auto mesh = parse_ply(view(header + "0 0 0\n1 0\n0 one 0\n\nnan 0 0\r\n1 2 3 4\n3 0 1 2\n3 0 1 7\n4 0 1 2\n2 0 1\n3 2 1 0\n"));
+    ASSERT_FALSE(mesh);
+    EXPECT_EQ(mesh.error().message, "vertex 3 is not finite; line 11: fewer numbers than the header tells of; line 12: \"one\" is not a number; "
+                                    "line 15: more numbers than the header tells of; line 17: face 1 names vertex 7 of 5; line 18: fewer numbers than the header tells of; "
+                                    "line 19: face 3 has fewer than three corners");
+    EXPECT_EQ(mesh.error().code, ErrorCode::invalid);
+    EXPECT_EQ(parse_ply(view(header + "0 0 0\n1 0 0\n")).error().code, ErrorCode::truncated);
+    Bytes binary = binary_ply(false);
+    for (const std::size_t corner : {0u, 2u}) binary[binary.size() - 12 + 4 * corner] = std::byte{9};
+    EXPECT_EQ(parse_ply(binary).error().message, "face 0 names vertex 9 of 3");
+}
+
 TEST(Ply, RefusesEveryTruncationAndSurvivesDamage) {
     const Bytes whole = binary_ply(false);
     for (std::size_t n = 0; n < whole.size(); ++n) {

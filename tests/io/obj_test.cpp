@@ -67,6 +67,22 @@ TEST(Obj, EveryVertexThatIsNotFiniteIsNamed) {
     EXPECT_EQ(parse_obj_positions("v 0 0 0\nv 0 0 zero\n").error().message, "line 2: vertex 1 has no three numbers");
 }
 
+TEST(Obj, EveryBadLineIsNamedAndNoOther) {
+    const std::string text = "v 0 0 0\nv 0 zero 0\nv 0 0 1\nv nan 0 0\nvt 0 0\nvt x\nf 1 2 3\nf 1 2 9\nf 1/2 2/1 3/5\nf 1 2\nf 4 3 2\n";
+    const Error error = parse_obj(text).error();
+    EXPECT_EQ(error.message, "line 4: vertex 3 is not finite; line 2: vertex 1 has no three numbers; line 6: texture coordinate 1 has no finite numbers; "
+                             "line 8: vertex 9 does not exist (4 so far); line 9: texture coordinate 5 does not exist (2 so far); line 10: a face has fewer than three corners");
+    EXPECT_EQ(error.code, ErrorCode::invalid);
+    EXPECT_EQ(parse_obj_positions(text).error().message, "line 4: vertex 3 is not finite; line 2: vertex 1 has no three numbers");
+    // Who has named twenty has named enough.
+    std::string many;
+    for (int i = 0; i < 57; ++i) many += "v 0 0\n";
+    const std::string message = parse_obj(many).error().message;
+    EXPECT_NE(message.find("line 20:"), std::string::npos) << message;
+    EXPECT_EQ(message.find("line 21:"), std::string::npos) << message;
+    EXPECT_TRUE(message.ends_with("; and 37 more")) << message;
+}
+
 TEST(Obj, WritesWhatItReads) {
     Mesh mesh;
     mesh.positions = Points::Random(5, 3) * 100;
