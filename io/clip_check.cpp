@@ -67,13 +67,16 @@ double check_scans(const Clip& clip, Findings& findings, const Progress& progres
     const std::int64_t frames = std::min(clip.scans->frames(), std::max<std::int64_t>(clip.frame_count(), 1));
     std::int64_t seen = 0, all = 0;
     for (std::int64_t f = 0; f < frames; ++f) {
-        const auto scan = clip.scans->read(f);
-        if (!scan) {
-            unread.add(f, scan.error());
-            continue;
+        // Map by map, as all that cannot be read is told.
+        for (const ScanParts part : {ScanParts{.medium = true, .fine = false, .albedo = false}, {.medium = false, .fine = true, .albedo = false}, {.medium = false, .fine = false, .albedo = true}}) {
+            const auto scan = clip.scans->read(f, part);
+            if (!scan) {
+                unread.add(f, scan.error());
+                continue;
+            }
+            for (std::size_t i = 0; i < scan->medium.values.size(); i += 3) seen += std::isfinite(scan->medium.values[i]);
+            all += std::int64_t(scan->medium.values.size() / 3);
         }
-        for (std::size_t i = 0; i < scan->medium.values.size(); i += 3) seen += std::isfinite(scan->medium.values[i]);
-        all += std::int64_t(scan->medium.values.size() / 3);
         if (progress) progress("checking scans", f + 1, frames);
     }
     unread.report(findings, "scan", "scans");

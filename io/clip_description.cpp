@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "io/fault_list.hpp"
 #include "io/file.hpp"
 #include "io/live_link.hpp"
 #include "io/marker_file.hpp"
@@ -65,25 +66,20 @@ public:
             numbers.file = path(key, *value);
             return numbers;
         }
+        IndexRanges wrong;
         for (const Json& entry : *value) {
             std::vector<double> row;
-            const auto add = [&](const Json& number) {
-                if (!number.is_number()) return false;
-                row.push_back(number.get<double>());
-                return true;
-            };
             bool good = true;
-            if (entry.is_array())
-                for (const Json& number : entry) good = good && add(number);
-            else
-                good = add(entry);
-            if (!good) {
-                problem(key, fmt::format("entry {} is not a number or a row of numbers", numbers.rows.size()));
-                return {};
+            for (const Json& number : entry.is_array() ? entry : Json::array({entry})) {
+                if (number.is_number()) row.push_back(number.get<double>());
+                else good = false;
             }
+            if (!good) wrong.add(std::int64_t(numbers.rows.size()));
             numbers.rows.push_back(std::move(row));
         }
-        return numbers;
+        if (wrong.empty()) return numbers;
+        problem(key, wrong.subject("entry", "entries") + " not a number or a row of numbers");
+        return {};
     }
     void problem(const char* key, std::string_view what) {
         findings_.problem(ErrorCode::invalid, fmt::format("clip.json: \"{}\" {}", key, what));
@@ -134,22 +130,25 @@ ClipDescription::Targets take_targets(Keys& keys) {
 /// [{"name": "smile", "first": 0}, ...], ascending from frame 0.
 std::vector<Take> take_takes(Keys& keys) {
     std::vector<Take> takes;
+    FaultList faults;
     const char* key = "takes";
     const auto value = keys.take(key);
     if (!value) return takes;
+    std::int64_t i = -1;
     for (const Json& entry : value->is_array() ? *value : Json::array({*value})) {
+        ++i;
         if (!entry.is_object() || !entry.contains("first") || !entry["first"].is_number_integer()) {
-            keys.problem(key, fmt::format("entry {} lacks \"first\", the take's first frame", takes.size()));
-            return {};
+            faults.add(fmt::format("entry {} lacks \"first\", the take's first frame", i));
+            continue;
         }
         const auto first = entry["first"].get<std::int64_t>();
-        if (takes.empty() ? first != 0 : first <= takes.back().first) {
-            keys.problem(key, takes.empty() ? "must begin with frame 0" : fmt::format("must ascend, but frame {} follows {}", first, takes.back().first));
-            return {};
-        }
+        if (i == 0 && first != 0) faults.add("must begin with frame 0");
+        if (!takes.empty() && first <= takes.back().first) faults.add(fmt::format("must ascend, but frame {} follows {}", first, takes.back().first));
         takes.push_back({entry.value("name", Json("")).is_string() ? entry.value("name", Json("")).get<std::string>() : "", first});
     }
-    return takes;
+    if (faults.empty()) return takes;
+    keys.problem(key, faults.error().message);
+    return {};
 }
 
 std::optional<Rational> take_rate(Keys& keys) {
@@ -233,7 +232,13 @@ void guess_folder(const fs::path& folder, ClipDescription& description, Findings
     std::sort(recordings.begin(), recordings.end());
     for (const fs::path& path : recordings) place_recording(path, description, findings);
 
-    for (auto& set : find_numbered(folder, {".obj", ".ply", ".glb", ".gltf"})) {
+    const auto frames_of = [&](const NumberedFiles& files) -> std::vector<fs::path> {
+        auto set = one_per_number(files);
+        if (!set) return findings.problem(set.error()), std::vector<fs::path>{};
+        if (set->fault) findings.problem(*set->fault);
+        return std::move(set->paths);
+    };
+    for (const auto& set : find_numbered(folder, {".obj", ".ply", ".glb", ".gltf"})) {
         if (set.paths.size() == 1 && description.neutral == set.paths[0]) continue;
         // A single mesh beside a recording is its neutral; numbered meshes are the recording.
         const bool has_vertices = description.vertices || !description.vertex_files.empty();
@@ -243,16 +248,12 @@ void guess_folder(const fs::path& folder, ClipDescription& description, Findings
         } else if (has_vertices) {
             findings.warn(fmt::format("{} is not used: there are vertices already", (folder / set.pattern).string()));
         } else {
-            if (const auto whole = check_no_gap(set); whole) {
-                description.vertex_files = std::move(set.paths);
-            } else {
-                findings.problem(whole.error());
-                description.unread.insert("vertices");
-            }
+            description.vertex_files = frames_of(set);
+            if (description.vertex_files.empty()) description.unread.insert("vertices");
         }
     }
 
-    auto pictures = find_numbered(folder, image_endings());
+    const auto pictures = find_numbered(folder, image_endings());
     description.texture = only_file(folder, video_endings(), "texture", findings);
     if (!pictures.empty() && (pictures[0].paths.size() > 1 || !description.texture)) {
         if (pictures.size() > 1 && pictures[1].paths.size() == pictures[0].paths.size())
@@ -260,8 +261,7 @@ void guess_folder(const fs::path& folder, ClipDescription& description, Findings
         if (description.texture)
             findings.warn(fmt::format("{} is not used: the texture is {}", description.texture->string(), pictures[0].pattern));
         description.texture.reset();
-        if (const auto whole = check_no_gap(pictures[0]); whole) description.texture_files = std::move(pictures[0].paths);
-        else findings.problem(whole.error());
+        description.texture_files = frames_of(pictures[0]);
     }
     description.sound = only_file(folder, {".wav", ".flac"}, "sound", findings);
 }

@@ -45,6 +45,7 @@ void ClipReader::read_vertices() {
         } else {
             auto numbered = take(open_numbered(path, kMeshEndings));
             if (!numbered) return;
+            if (numbered->fault) findings_.problem(*numbered->fault);
             files = std::move(numbered->paths);
         }
     }
@@ -58,9 +59,12 @@ void ClipReader::read_mesh_sequence(const std::vector<fs::path>& files) {
         error.message += fmt::format(" (frame {})", f);
         return error;
     };
+    // The file before stands for one that is missing, which has been told.
+    const auto missing = [&](std::int64_t f) { return f > 0 && files[std::size_t(f)] == files[std::size_t(f - 1)]; };
     std::optional<MeshFile> first;
     std::int64_t reference = 0;
     for (std::int64_t f = 0; !first && f < std::int64_t(files.size()); ++f) {
+        if (missing(f)) continue;
         auto file = read_mesh(files[std::size_t(f)]);
         if (!file) {
             findings_.problem(in_frame(file.error(), f));
@@ -84,6 +88,10 @@ void ClipReader::read_mesh_sequence(const std::vector<fs::path>& files) {
     std::int64_t done = reference + 1;
     parallel_for(frames - reference - 1, [&](std::int64_t i) {
         const std::int64_t f = reference + 1 + i;
+        if (missing(f)) {
+            clip_.vertices->frame(f) = first->mesh.positions;
+            return;
+        }
         const auto positions = read_positions(files[std::size_t(f)]);
         if (!positions) {
             errors[std::size_t(f)] = in_frame(positions.error(), f);

@@ -21,6 +21,7 @@ void ClipReader::read_texture() {
         sources_.texture = description_.texture ? description_.texture->string() : description_.texture_files[0].string();
         auto opened = take(description_.texture ? open_texture(*description_.texture) : open_pictures(description_.texture_files));
         if (opened) {
+            if (opened->fault) findings_.problem(*opened->fault);
             for (std::string& note : opened->notes) findings_.note(std::move(note));
             clip_.texture = std::move(opened->source);
         }
@@ -58,8 +59,9 @@ void ClipReader::read_scans() {
         return;
     }
     if (!medium || !fine) return problem(ErrorCode::missing, fmt::format("scans need both positions_medium and positions_fine, but there is no {}", medium ? "positions_fine" : "positions_medium"));
-    if (auto scans = take(open_scans({*description_.positions_medium, *description_.positions_fine, description_.albedo, scan_masks()}, millimetres(clip_.unit))))
-        clip_.scans = std::move(*scans);
+    OpenedScans opened = open_scans({*description_.positions_medium, *description_.positions_fine, description_.albedo, scan_masks()}, millimetres(clip_.unit));
+    for (Error& fault : opened.faults) findings_.problem(std::move(fault));
+    clip_.scans = std::move(opened.source);
 }
 
 void ClipReader::read_sound_file() {

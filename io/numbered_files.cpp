@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <map>
 
+#include "io/fault_list.hpp"
 #include "io/index_ranges.hpp"
 #include "io/text.hpp"
 
@@ -61,26 +62,44 @@ std::vector<NumberedFiles> find_numbered(const fs::path& folder, const std::vect
     return result;
 }
 
-Result<void> check_no_gap(const NumberedFiles& files) {
+Result<NumberedFiles> one_per_number(const NumberedFiles& files) {
+    NumberedFiles set;
+    set.pattern = files.pattern;
     IndexRanges missing;
-    for (std::size_t i = 1; i < files.numbers.size(); ++i) {
-        if (files.numbers[i] == files.numbers[i - 1])
-            return Error{ErrorCode::mismatch, fmt::format("{} and {} have the same number", files.paths[i - 1].string(), files.paths[i].string())};
-        if (files.numbers[i] != files.numbers[i - 1] + 1) missing.add(files.numbers[i - 1] + 1, files.numbers[i] - 1);
+    FaultList faults;
+    for (std::size_t i = 0; i < files.numbers.size(); ++i) {
+        const std::int64_t number = files.numbers[i];
+        if (i > 0 && number == set.numbers.back()) {
+            faults.add(fmt::format("{} and {} have the same number", set.paths.back().string(), files.paths[i].filename().string()));
+            continue;
+        }
+        if (i > 0 && number != set.numbers.back() + 1) {
+            missing.add(set.numbers.back() + 1, number - 1);
+            const bool most_are_there = missing.count() <= std::int64_t(files.numbers.size());
+            while (most_are_there && set.numbers.back() + 1 < number) {
+                set.numbers.push_back(set.numbers.back() + 1);
+                set.paths.push_back(fs::path(set.paths.back()));
+            }
+        }
+        set.numbers.push_back(number);
+        set.paths.push_back(files.paths[i]);
     }
-    if (missing.empty()) return {};
-    return Error{ErrorCode::mismatch, fmt::format("{} missing between {} and {}", missing.subject("number", "numbers"), files.paths.front().string(),
-                                                  files.paths.back().filename().string())};
+    if (missing.empty() && faults.empty()) return set;
+    Error fault = faults.error(missing.empty() ? "" : fmt::format("{} missing between {} and {}", missing.subject("number", "numbers"), files.paths.front().string(),
+                                                                  files.paths.back().filename().string()));
+    fault.code = ErrorCode::mismatch;
+    if (missing.count() > std::int64_t(files.numbers.size())) return fault;
+    set.fault = std::move(fault);
+    return set;
 }
 
 Result<NumberedFiles> open_numbered(const fs::path& pattern, const std::vector<std::string>& endings) {
     std::error_code ignored;
     if (fs::is_directory(pattern, ignored)) {
-        auto sets = find_numbered(pattern, endings);
+        const auto sets = find_numbered(pattern, endings);
         if (sets.empty())
             return Error{ErrorCode::missing, fmt::format("the folder {} has no files ending in {}", pattern.string(), fmt::join(endings, ", "))};
-        MIEN_CHECK(check_no_gap(sets[0]));
-        return std::move(sets[0]);
+        return one_per_number(sets[0]);
     }
     // Only %d and %0Nd: the pattern is never handed to printf.
     const std::string name = pattern.filename().string();
@@ -90,12 +109,11 @@ Result<NumberedFiles> open_numbered(const fs::path& pattern, const std::vector<s
     if (percent == std::string::npos || end >= name.size() || name[end] != 'd')
         return Error{ErrorCode::missing, fmt::format("there is no file {}", pattern.string())};
     const std::string before = name.substr(0, percent), after = name.substr(end + 1);
-    for (auto& set : find_numbered(pattern.parent_path(), endings)) {
+    for (const auto& set : find_numbered(pattern.parent_path(), endings)) {
         const std::string first = set.paths[0].filename().string();
         if (set.numbers[0] < 0 || !first.starts_with(before) || !first.ends_with(after)) continue;
         if (set.pattern != before + "####" + after) continue;
-        MIEN_CHECK(check_no_gap(set));
-        return set;
+        return one_per_number(set);
     }
     return Error{ErrorCode::missing, fmt::format("no file matches {}", pattern.string())};
 }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,17 +15,19 @@ struct NumberedFiles {
     std::vector<std::filesystem::path> paths;  ///< by ascending number
     std::vector<std::int64_t> numbers;
     std::string pattern;                       ///< "frame.####.obj", for messages
+    std::optional<Error> fault;                ///< what one_per_number() found
 };
 
 /// All such sets in `folder` whose ending (lower case, with its dot) is one of `endings`, the largest first. A file without a
 /// number makes a set of its own.
 std::vector<NumberedFiles> find_numbered(const std::filesystem::path& folder, const std::vector<std::string>& endings);
 
-/// The set a printf pattern ("texture/%04d.png") or a folder means. Errors: missing, when no file is there; mismatch naming the first
-/// number that lacks its file.
-Result<NumberedFiles> open_numbered(const std::filesystem::path& pattern, const std::vector<std::string>& endings);
+/// The set with one path for every number. Where a number lacks its file or has several, `fault` (mismatch) names all such, and so that all else
+/// keeps its frame, the path before stands for a missing one and the first of several counts. Error: the fault, if more are missing than there are.
+Result<NumberedFiles> one_per_number(const NumberedFiles& files);
 
-/// Errors: mismatch naming the first number that lacks its file.
-Result<void> check_no_gap(const NumberedFiles& files);
+/// The set a printf pattern ("texture/%04d.png") or a folder means, one path per number. Errors: missing, when no file is there; those of
+/// one_per_number().
+Result<NumberedFiles> open_numbered(const std::filesystem::path& pattern, const std::vector<std::string>& endings);
 
 }  // namespace mien::io

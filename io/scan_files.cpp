@@ -10,6 +10,7 @@
 #include "core/parallel.hpp"
 #include "io/file.hpp"
 #include "io/image_file.hpp"
+#include "io/index_ranges.hpp"
 #include "io/numbered_files.hpp"
 #include "io/texture_file.hpp"
 #include "media/float_picture.hpp"
@@ -24,9 +25,10 @@ constexpr float kUnseen = std::numeric_limits<float>::quiet_NaN();
 /// A numbered set of maps of one size, three channels each.
 class Maps {
 public:
-    static Result<Maps> open(const fs::path& pattern) {
+    static Result<Maps> open(const fs::path& pattern, std::vector<Error>& faults) {
         Maps maps;
         MIEN_TRY(files, open_numbered(pattern, {".exr"}));
+        if (files.fault) faults.push_back(*files.fault);
         maps.paths_ = std::move(files.paths);
         MIEN_TRY(first, read_exr(maps.paths_[0]));
         maps.size_ = first.width;
@@ -41,12 +43,15 @@ public:
         const fs::path& path = paths_[std::size_t(frame)];
         MIEN_TRY(map, read_exr(path));
         MIEN_CHECK(check(map, path));
+        IndexRanges infinite;
         for (std::size_t i = 0; i < map.values.size(); ++i) {
-            if (std::isinf(map.values[i]))
-                return Error{ErrorCode::invalid, fmt::format("{}: texel ({}, {}) is infinite", path.string(), i / 3 % std::size_t(size_), i / 3 / std::size_t(size_))};
+            if (std::isinf(map.values[i])) infinite.add(std::int64_t(i / 3));
             map.values[i] *= scale;
         }
-        return map;
+        if (infinite.empty()) return map;
+        const std::int64_t first = infinite.first(), others = infinite.count() - 1;
+        return Error{ErrorCode::invalid, fmt::format("{}: texel ({}, {}) {} infinite", path.string(), first % size_, first / size_,
+                                                     others > 0 ? fmt::format("and {} more are", others) : "is")};
     }
 
 private:
@@ -64,32 +69,45 @@ private:
 
 class ScanFiles : public ScanSource {
 public:
-    static Result<std::shared_ptr<const ScanSource>> open(const ScanPaths& paths, double unit) {
-        auto scans = std::make_shared<ScanFiles>();
-        scans->scale_ = float(unit);
-        MIEN_TRY(medium, Maps::open(paths.medium));
-        MIEN_TRY(fine, Maps::open(paths.fine));
-        scans->medium_ = std::move(medium);
-        scans->fine_ = std::move(fine);
-        const auto same = [&](std::int64_t there, const fs::path& what) -> Result<void> {
-            if (there == scans->frames()) return {};
-            return Error{ErrorCode::mismatch, fmt::format("{} has {} frames, but {} has {}", what.string(), there, paths.medium.string(), scans->frames())};
+    static OpenedScans open(const ScanPaths& paths, double unit) {
+        OpenedScans opened;
+        bool usable = true;
+        const auto unusable = [&](Error error) {
+            opened.faults.push_back(std::move(error));
+            usable = false;
         };
-        MIEN_CHECK(same(scans->fine_.frames(), paths.fine));
-        if (paths.albedo) {
-            MIEN_TRY(albedo, Maps::open(*paths.albedo));
-            if (albedo.size() != scans->fine_.size())
-                return Error{ErrorCode::mismatch, fmt::format("{0} is {1} x {1}, but {2} is {3} x {3}", albedo.first().string(), albedo.size(),
-                                                              scans->fine_.first().string(), scans->fine_.size())};
-            MIEN_CHECK(same(albedo.frames(), *paths.albedo));
-            scans->albedo_ = std::move(albedo);
-        }
+        const auto maps_of = [&](const fs::path& pattern) -> std::optional<Maps> {
+            auto maps = Maps::open(pattern, opened.faults);
+            if (maps) return std::move(*maps);
+            unusable(maps.error());
+            return std::nullopt;
+        };
+        auto medium = maps_of(paths.medium), fine = maps_of(paths.fine), albedo = paths.albedo ? maps_of(*paths.albedo) : std::nullopt;
+        std::vector<fs::path> masks;
         if (paths.masks) {
-            MIEN_TRY(masks, open_numbered(*paths.masks, image_endings()));
-            scans->masks_ = std::move(masks.paths);
-            MIEN_CHECK(same(std::int64_t(scans->masks_.size()), *paths.masks));
+            auto files = open_numbered(*paths.masks, image_endings());
+            if (!files) unusable(files.error());
+            else if (files->fault) opened.faults.push_back(*files->fault);
+            if (files) masks = std::move(files->paths);
         }
-        return std::shared_ptr<const ScanSource>(std::move(scans));
+        const auto same_frames = [&](const fs::path& what, std::size_t there) {
+            if (medium && std::int64_t(there) != medium->frames())
+                unusable({ErrorCode::mismatch, fmt::format("{} has {} frames, but {} has {}", what.string(), there, paths.medium.string(), medium->frames())});
+        };
+        if (fine) same_frames(paths.fine, std::size_t(fine->frames()));
+        if (albedo) same_frames(*paths.albedo, std::size_t(albedo->frames()));
+        if (!masks.empty()) same_frames(*paths.masks, masks.size());
+        if (fine && albedo && albedo->size() != fine->size())
+            unusable({ErrorCode::mismatch, fmt::format("{0} is {1} x {1}, but {2} is {3} x {3}", albedo->first().string(), albedo->size(), fine->first().string(), fine->size())});
+        if (!usable) return opened;
+        auto scans = std::make_shared<ScanFiles>();
+        scans->medium_ = std::move(*medium);
+        scans->fine_ = std::move(*fine);
+        scans->albedo_ = std::move(albedo);
+        scans->masks_ = std::move(masks);
+        scans->scale_ = float(unit);
+        opened.source = std::move(scans);
+        return opened;
     }
 
     std::int64_t frames() const override { return medium_.frames(); }
@@ -142,7 +160,7 @@ Result<FloatMap> read_exr(const fs::path& path) {
     return map;
 }
 
-Result<std::shared_ptr<const ScanSource>> open_scans(const ScanPaths& paths, double unit) { return ScanFiles::open(paths, unit); }
+OpenedScans open_scans(const ScanPaths& paths, double unit) { return ScanFiles::open(paths, unit); }
 
 Result<void> write_scans(const fs::path& folder, const ScanSource& scans, std::int64_t frames, double unit, const Progress& progress) {
     const auto write = [&](const char* name, std::int64_t frame, FloatMap map, double scale, media::ExrNumbers numbers) -> Result<void> {

@@ -20,9 +20,13 @@ struct ScanPaths {
     std::optional<std::filesystem::path> masks;  ///< numbered grey pictures: texels at 0 were not seen in that frame
 };
 
-/// Opens them; maps are read when asked for. `unit`: mm per unit of the files. Errors: missing (no file, a number without its file), mismatch
-/// (counts that differ, a map that is not square or not as large as the first), those of the first frame.
-Result<std::shared_ptr<const ScanSource>> open_scans(const ScanPaths& paths, double unit);
+struct OpenedScans {
+    std::shared_ptr<const ScanSource> source;  ///< none if a fault leaves nothing to rely on
+    std::vector<Error> faults;
+};
+/// Opens them; maps are read when asked for. `unit`: mm per unit of the files. Faults: missing (no file), mismatch (a number without its file,
+/// counts that differ, a map that is not square or not as large as the first), those of the first frames.
+OpenedScans open_scans(const ScanPaths& paths, double unit);
 
 /// Writes the maps of `frames` frames as numbered OpenEXR files into the folders positions_medium, positions_fine and (if there is one)
 /// albedo of `folder`. `unit`: mm per unit of the files. Error: a scan that cannot be read.

@@ -88,7 +88,9 @@ Result<OpenedTexture> open_texture(const fs::path& path) {
         return OpenedTexture{std::shared_ptr<TextureSource>(std::move(video)), {}};
     }
     MIEN_TRY(files, open_numbered(path, images));
-    return open_pictures(std::move(files.paths));
+    MIEN_TRY(opened, open_pictures(std::move(files.paths)));
+    opened.fault = std::move(files.fault);
+    return std::move(opened);
 }
 
 std::shared_ptr<TextureSource> texture_of(std::vector<Image> frames) { return std::make_shared<Remembered>(std::move(frames)); }

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,10 +13,11 @@ namespace mien::io {
 struct OpenedTexture {
     std::shared_ptr<TextureSource> source;
     std::vector<std::string> notes;  ///< alpha that is left out and the like
+    std::optional<Error> fault;      ///< numbers without their file; the one before stands for it
 };
 
 /// A picture (one frame, static), a folder or printf pattern of numbered pictures, or any video FFmpeg reads. Errors: missing,
-/// damaged, mismatch (a number without its file).
+/// damaged, mismatch (most numbers lack their file).
 Result<OpenedTexture> open_texture(const std::filesystem::path& path);
 
 /// Pictures that each hold one frame. All have the size of the first; reading another size is an error naming the file.

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "io/clip_check.hpp"
 #include "io/clip_folder.hpp"
 #include "io/file.hpp"
 #include "io/scan_files.hpp"
@@ -90,6 +91,11 @@ TEST(ScanFiles, SayWhatIsWrong) {
     const TemporaryFolder folder;
     ASSERT_TRUE(write_clip(folder / "clip", scanned_clip()).ok());
     const std::filesystem::path medium = folder / "clip/positions_medium", fine = folder / "clip/positions_fine";
+    std::filesystem::remove(fine / "000001.exr");
+    std::filesystem::copy_file(medium / "000000.exr", folder / "clip/albedo/000000.exr", std::filesystem::copy_options::overwrite_existing);
+    const std::string all = check_clip(folder / "clip").text();
+    for (const char* said : {"number 1 is missing", "albedo/000000.exr is 8 x 8, but "}) EXPECT_NE(all.find(said), std::string::npos) << said << all;
+    ASSERT_TRUE(write_clip(folder / "clip", scanned_clip(), {.overwrite = true}).ok());
     std::filesystem::remove(fine / "000002.exr");
     EXPECT_NE(load_clip(folder / "clip").error().message.find("2 frames"), std::string::npos);
     std::filesystem::copy_file(medium / "000002.exr", fine / "000002.exr");
