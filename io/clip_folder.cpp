@@ -140,11 +140,16 @@ ClipReading read_clip(const fs::path& path, const LoadOptions& options) { return
 Result<LoadedClip> load_clip(const fs::path& path, const LoadOptions& options) {
     ClipReading reading = read_clip(path, options);
     LoadedClip loaded;
+    std::optional<Error> first;
+    std::size_t others = 0;
     for (const Finding& finding : reading.findings.all()) {
         const std::string& text = finding.brief.empty() ? finding.text : finding.brief;
-        if (finding.severity == Severity::problem) return Error{finding.code, text};
-        loaded.warnings.push_back(text);
+        if (finding.severity != Severity::problem) loaded.warnings.push_back(text);
+        else if (first) ++others;
+        else first = Error{finding.code, text};
     }
+    if (others > 0) first->message += fmt::format(" (and {} more problem{}: 'mien check {}' lists them)", others, others == 1 ? "" : "s", path.string());
+    if (first) return *first;
     loaded.clip = std::move(reading.clip);
     return loaded;
 }

@@ -24,7 +24,7 @@ struct LoadOptions {
 
 /// Loads a clip folder (docs/clip.md), a plain folder of numbered meshes or a single recording. Everything in `clip` is in mm
 /// and consistent: counts agree, indices are in range, vertices and weights are finite, missing markers are NaN. The first
-/// problem is the error; it names file, frame and point.
+/// problem is the error; it names file, frame and point, and says how many more there are.
 Result<LoadedClip> load_clip(const std::filesystem::path& path, const LoadOptions& options = {});
 
 /// The same, but goes on after a problem and returns all that was found.

@@ -1,10 +1,10 @@
 #include "io/clip_reader.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <cmath>
 
+#include "io/fault_list.hpp"
 #include "io/limits.hpp"
 #include "io/marker_file.hpp"
 #include "io/npy.hpp"
@@ -63,10 +63,11 @@ void ClipReader::read_sites() {
     if (!rows) return;
     if (!clip_.neutral && unread("neutral")) return;
     if (!clip_.neutral) return problem(ErrorCode::missing, "marker_sites are places on the neutral mesh, which is not there");
+    if (description_.marker_sites.file) sources_.marker_sites = description_.marker_sites.file->string();
     const auto V = std::size_t(clip_.neutral->positions.rows()), T = clip_.neutral->triangles.size();
     // An entry that is wrong keeps its place, so that the others are not counted wrong.
     const auto wrong = [&](std::size_t i, std::string what) {
-        problem(ErrorCode::invalid, fmt::format("marker_sites: entry {} {}", i, what));
+        problem(ErrorCode::invalid, fmt::format("{}: entry {} {}", sources_.marker_sites, i, what));
         clip_.marker_sites.push_back(Site::at_vertex(0));
     };
     for (std::size_t i = 0; i < rows->size(); ++i) {
@@ -94,13 +95,15 @@ void ClipReader::read_rigid() {
     if (!description_.rigid.given()) return;
     const auto rows = rows_of(description_.rigid);
     if (!rows) return;
-    std::vector<double> wrong;
+    if (description_.rigid.file) sources_.rigid = description_.rigid.file->string();
+    FaultList faults;
     for (const auto& row : *rows)
         for (const double value : row) {
-            if (is_index(value, 0xffffffffu)) clip_.rigid.push_back(std::uint32_t(value));
-            else wrong.push_back(value);
+            const bool good = is_index(value, 0xffffffffu);
+            if (!good) faults.add(fmt::format("entry {} is no index but {}", clip_.rigid.size(), value));
+            clip_.rigid.push_back(good ? std::uint32_t(value) : 0);
         }
-    if (!wrong.empty()) problem(ErrorCode::invalid, fmt::format("rigid: {} {} no index", fmt::join(wrong, ", "), wrong.size() == 1 ? "is" : "are"));
+    if (!faults.empty()) problem(ErrorCode::invalid, fmt::format("{}: {}", sources_.rigid, faults.error().message));
 }
 
 void ClipReader::read_pose_and_gaze() {
@@ -154,7 +157,11 @@ void ClipReader::read_pose(const fs::path& path) {
             pose.rotation = Eigen::Quaternionf(rotation);
             pose.translation = matrix.topRightCorner<3, 1>();
         }
-        if (!rigid) wrong.add(f);
+        // What is not finite is for validate() to tell.
+        if (!rigid && pose.rotation.coeffs().allFinite()) {
+            wrong.add(f);
+            pose.rotation.setIdentity();
+        }
         pose.rotation.normalize();
         clip_.head_pose.push_back(pose);
     }

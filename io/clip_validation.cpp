@@ -150,7 +150,7 @@ void check_counts(const Clip& clip, const ClipSources& sources, Findings& findin
     if (!clip.marker_sites.empty()) {
         if (!clip.markers && !sources.unread.contains("markers")) findings.warn("marker_sites are given without markers");
         if (clip.markers && std::int64_t(clip.marker_sites.size()) != clip.markers->points)
-            mismatch(fmt::format("marker_sites has {} entries, but {} has {} markers", clip.marker_sites.size(), sources.markers, clip.markers->points));
+            mismatch(fmt::format("{} has {} entries, but {} has {} markers", sources.marker_sites, clip.marker_sites.size(), sources.markers, clip.markers->points));
     }
     if (!clip.blendshapes.empty()) {
         if (clip.weights && std::int64_t(clip.blendshapes.size()) != clip.weights->count)
@@ -164,14 +164,19 @@ void check_counts(const Clip& clip, const ClipSources& sources, Findings& findin
     const bool of_markers = (clip.markers || sources.unread.contains("markers")) && !clip.vertices && !sources.unread.contains("vertices");
     const bool known = of_markers ? clip.markers.has_value() : clip.neutral || clip.vertices || (!sources.unread.contains("neutral") && !sources.unread.contains("vertices"));
     const std::int64_t points = !known ? std::numeric_limits<std::int64_t>::max() : of_markers ? clip.markers->points : vertices;
-    std::vector<std::uint32_t> indices = clip.rigid;
+    std::vector<std::uint32_t> indices;
+    IndexRanges outside, entries;
+    for (std::size_t i = 0; i < clip.rigid.size(); ++i) {
+        if (clip.rigid[i] < points) continue;
+        indices.push_back(clip.rigid[i]);
+        entries.add(std::int64_t(i));
+    }
     std::sort(indices.begin(), indices.end());
-    IndexRanges outside;
-    for (const std::uint32_t index : indices)
-        if (index >= points) outside.add(index);
+    for (const std::uint32_t index : indices) outside.add(index);
     if (!outside.empty())
         findings.problem_of_list(ErrorCode::mismatch, [&](std::size_t most) {
-            return fmt::format("rigid names {}, but there are {}", of_markers ? outside.text("marker", "markers", most) : outside.text("vertex", "vertices", most), points);
+            return fmt::format("{} names {} ({}), but there are {}", sources.rigid, of_markers ? outside.text("marker", "markers", most) : outside.text("vertex", "vertices", most),
+                               entries.text("entry", "entries", most), points);
         });
 }
 

@@ -12,7 +12,7 @@ namespace mien::io {
 /// Where the parts of a clip came from, for messages: file names, or empty.
 struct ClipSources {
     std::string vertices = "vertices", markers = "markers", weights = "weights", neutral = "neutral", texture = "texture", sound = "sound",
-                head_pose = "head_pose", gaze = "gaze";
+                head_pose = "head_pose", gaze = "gaze", marker_sites = "marker_sites", rigid = "rigid";
     std::vector<std::string> vertex_frames;  ///< the file of each frame, when each has its own
     bool unit_asked = false;                 ///< the unit is none of the files' but asked for
     /// Keys of clip.json that are named but could not be read, "fps" and "unit" also when only such a part would have told them.

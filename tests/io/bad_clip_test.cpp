@@ -59,7 +59,7 @@ TEST_F(BadClip, DisagreementsAreNamed) {
     write_npy(path / "markers.npy", {2, 2, 3}, std::vector<float>(12, 1));
     expect_message(path, {"markers.npy has 2 frames", "vertices.npy has 3"});
     write_npy(path / "markers.npy", {3, 5, 3}, std::vector<float>(45, 1));
-    expect_message(path, {"marker_sites has 2 entries", "5 markers"});
+    expect_message(path, {"marker_sites.npy has 2 entries", "5 markers"});
     write_clip(path, clip, {.overwrite = true}).ok();
     write_npy(path / "vertices.npy", {3, 5, 3}, std::vector<float>(45, 1));
     expect_message(path, {"5 vertices a frame", "neutral.obj has 4"});
@@ -147,6 +147,73 @@ TEST_F(BadClip, CheckNamesEveryMeshThatDoesNotFit) {
     EXPECT_NE(text.find("f5.obj"), std::string::npos) << text;
     for (const int f : {3, 7, 8}) fs::remove(meshes / ("f" + std::to_string(f) + ".obj"));
     EXPECT_NE(check_clip(meshes.path()).text().find("numbers 3, 7-8 are missing"), std::string::npos) << check_clip(meshes.path()).text();
+}
+
+TEST_F(BadClip, AMissingNumberHidesNothingElse) {
+    const auto problems_of = [](const fs::path& clip_path) {
+        std::string text;
+        for (const Finding& finding : check_clip(clip_path).findings)
+            if (finding.severity != Severity::note) text += finding.text + "\n";
+        return text;
+    };
+    // Of the texture: the mask is another's, and a later picture too small; nothing is wrong with its length.
+    write_image(path / "mask.png", Image(7, 3, 1));
+    fs::remove(path / "texture" / "000001.png");
+    write_image(path / "texture" / "000002.png", Image(4, 3, 3));
+    const std::string of_texture = problems_of(path);
+    EXPECT_EQ(std::ranges::count(of_texture, '\n'), 3) << of_texture;
+    for (const char* said : {"number 1 is missing between", "the mask is 7 x 3", "texture frame 2: "}) EXPECT_NE(of_texture.find(said), std::string::npos) << said << "\n" << of_texture;
+    expect_message(path, {"number 1 is missing", "(and 1 more problem: 'mien check "});
+    // Of vertices: frames keep their numbers, of two files of one number the first counts, and markers of as many frames fit.
+    const TemporaryFolder meshes;
+    for (const char* name : {"f3.obj", "f5.obj", "f05.obj", "f7.obj"}) write_obj(meshes / name, small_head());
+    write_file(meshes / "f8.obj", "v 0 0 zero\nv 1 2\n");
+    write_npy(meshes / "markers.npy", {6, 2, 3}, std::vector<float>(36, 1));
+    write_file(meshes / "clip.json", R"({"fps": 30, "unit": "mm", "vertices": "f%d.obj", "markers": "markers.npy"})");
+    const std::string of_meshes = problems_of(meshes.path());
+    EXPECT_EQ(std::ranges::count(of_meshes, '\n'), 2) << of_meshes;
+    EXPECT_NE(of_meshes.find("numbers 4, 6 are missing between"), std::string::npos) << of_meshes;
+    EXPECT_NE(of_meshes.find("f05.obj and f5.obj have the same number"), std::string::npos) << of_meshes;
+    EXPECT_NE(of_meshes.find("f8.obj: line 1: vertex 0 has no three numbers; line 2: vertex 1 has no three numbers (frame 5)"), std::string::npos) << of_meshes;
+    EXPECT_FALSE(load_clip(meshes.path()));
+    // A few files far apart are no sequence.
+    for (const char* name : {"f3.obj", "f7.obj", "f8.obj"}) fs::remove(meshes / name);
+    write_obj(meshes / "f900000000.obj", small_head());
+    const std::string sparse = problems_of(meshes.path());
+    EXPECT_NE(sparse.find("numbers 6-899999999 are missing"), std::string::npos) << sparse;
+    EXPECT_EQ(std::ranges::count(sparse, '\n'), 1) << sparse;
+}
+
+TEST_F(BadClip, EveryBadEntryOfTheDescriptionIsNamed) {
+    describe(R"({"fps": 30, "unit": "cm", "neutral": "neutral.obj", "weights": "weights.npy", "rigid": [0, "a", 1, [2, "b"], null], "marker_sites": [true, 1],
+                 "takes": [{"first": 1}, {"name": "x"}, {"first": 1}, 7, {"first": 2}]})");
+    const std::string text = check_clip(path).text();
+    for (const char* said : {"\"rigid\" entries 1, 3-4 are not a number or a row of numbers\n", "\"marker_sites\" entry 0 is not a number or a row of numbers\n",
+                             "\"takes\" must begin with frame 0; entry 1 lacks \"first\", the take's first frame; must ascend, but frame 1 follows 1; entry 3 lacks \"first\", the take's first frame\n"})
+        EXPECT_NE(text.find(said), std::string::npos) << said << "\n" << text;
+}
+
+TEST_F(BadClip, RigidPointsAreNamedByFileAndEntry) {
+    write_file(path / "skull.txt", "0\n-1\n2.5\n9\n");
+    describe(R"({"fps": 30, "unit": "cm", "neutral": "neutral.obj", "weights": "weights.npy", "rigid": "skull.txt"})");
+    const std::string text = check_clip(path).text();
+    for (const char* said : {"skull.txt: entry 1 is no index but -1; entry 2 is no index but 2.5\n", "skull.txt names vertex 9 (entry 3), but there are 4\n"})
+        EXPECT_NE(text.find(said), std::string::npos) << said << "\n" << text;
+}
+
+TEST_F(BadClip, APoseThatIsNoNumberIsToldOnce) {
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    std::vector<float> poses(21);
+    poses[0] = poses[7] = poses[14] = 1;
+    poses[8] = nan, poses[18] = nan;
+    write_npy(path / "head_pose.npy", {3, 7}, poses);
+    const ClipReport report = check_clip(path);
+    EXPECT_NE(report.text().find("head_pose.npy: frames 1-2 are not finite\n"), std::string::npos) << report.text();
+    EXPECT_EQ(std::ranges::count_if(report.findings, [](const Finding& f) { return f.severity != Severity::note; }), 1) << report.text();
+    poses[8] = 0, poses[18] = 0;
+    poses[14] = 0;
+    write_npy(path / "head_pose.npy", {3, 7}, poses);
+    EXPECT_NE(check_clip(path).text().find("head_pose.npy: frame 2 is no rotation and translation\n"), std::string::npos) << check_clip(path).text();
 }
 
 TEST_F(BadClip, WhatDependsOnAPartThatCannotBeReadIsNotComplainedAbout) {
