@@ -150,7 +150,7 @@ Result<MarkerTake> parse_c3d(ByteView bytes) {
     }
     if (take.names.size() < points) take.names.clear();
     take.names.resize(std::min(take.names.size(), points));
-    if (std::isfinite(rate) && rate > 0.01 && rate < 1e5) take.frame_rate = usual_rate(rate);
+    take.frame_rate = usual_rate(rate);
 
     if (points == 0) return Error{ErrorCode::invalid, "the C3D file has no points (analog data only)"};
     if (data_block == 0) return Error{ErrorCode::damaged, "the C3D header does not say where the frames begin"};

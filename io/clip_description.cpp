@@ -159,8 +159,9 @@ std::optional<Rational> take_rate(Keys& keys) {
     else if (value->is_number_integer()) text = value->dump();
     // 29.97 is what the file says; the shortest text of the double says it again.
     else if (value->is_number()) text = fmt::format("{:f}", value->get<double>());
-    if (const auto rate = parse_rational(text)) return *rate;
-    keys.problem("fps", "is not a frame rate; write 30 or \"30000/1001\"");
+    const auto rate = parse_frame_rate(text);
+    if (rate) return *rate;
+    keys.problem("fps", rate.error().message);
     return std::nullopt;
 }
 

@@ -56,7 +56,7 @@ void ClipReader::read_weights() {
     }
     if (table->rows > 1 && time) {
         const double seconds = table->at(table->rows - 1, *time) - table->at(0, *time);
-        if (seconds > 0) rates_.emplace_back(sources_.weights, usual_rate(double(table->rows - 1) / seconds));
+        if (const auto rate = usual_rate(double(table->rows - 1) / seconds)) rates_.emplace_back(sources_.weights, *rate);
     }
     if (columns.empty() || std::int64_t(columns.size()) > kMaxWeights)
         return problem(ErrorCode::invalid, fmt::format("{} has {} weights a frame; 1 to {} are possible", sources_.weights, columns.size(), kMaxWeights));

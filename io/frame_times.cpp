@@ -46,8 +46,8 @@ Result<FrameTimes> number_frames(const std::vector<double>& times, double longes
     return result;
 }
 
-Rational usual_rate(double measured) {
-    if (!(measured >= 0.001 && measured <= 1e6)) return {30, 1};
+std::optional<Rational> usual_rate(double measured) {
+    if (!(measured >= kLowestFrameRate && measured <= kHighestFrameRate)) return std::nullopt;
     Rational best = make_rational(std::llround(measured * 1000), 1000);
     double nearest = 0.005;
     for (const Rational rate : {Rational{10, 1}, {12, 1}, {15, 1}, {20, 1}, {24000, 1001}, {24, 1}, {25, 1}, {30000, 1001}, {30, 1},

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/rational.hpp"
@@ -19,7 +20,7 @@ struct FrameTimes {
 /// `longest_gap`.
 Result<FrameTimes> number_frames(const std::vector<double>& times, double longest_gap);
 
-/// The usual frame rate nearest to `measured` (Hz), within half a percent; else `measured` in thousandths.
-Rational usual_rate(double measured);
+/// The usual frame rate nearest to `measured` (Hz), within half a percent; else `measured` in thousandths; nothing for what is no frame rate.
+std::optional<Rational> usual_rate(double measured);
 
 }  // namespace mien::io

@@ -199,7 +199,7 @@ Result<LiveLinkTake> parse_live_link(std::string_view text) {
     const std::string no_numbers = not_finite(rows, columns, frame_of_row);
     if (!no_numbers.empty() || !faults.empty()) return faults.error(no_numbers);
     LiveLinkTake take;
-    take.frame_rate = numbered->step > 0 ? usual_rate(rate / numbered->step) : Rational{30, 1};
+    take.frame_rate = usual_rate(rate / numbered->step).value_or(Rational{30, 1});
     for (std::size_t i = 1; i < frame_of_row.size(); ++i)
         if (frame_of_row[i] == frame_of_row[i - 1]) take.repeated.push_back(std::int64_t(i));
     const std::int64_t frames = numbered->frames();

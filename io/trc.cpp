@@ -36,7 +36,7 @@ Result<MarkerTake> parse_trc(std::string_view text) {
         const std::string key = lower_case(key_fields[i]);
         if (key == "datarate") {
             const auto rate = parse_double(value_fields[i]);
-            if (rate && *rate > 0) take.frame_rate = usual_rate(*rate);
+            if (rate) take.frame_rate = usual_rate(*rate);
         } else if (key == "numframes") {
             stated_frames = parse_integer(value_fields[i]).value_or(-1);
         } else if (key == "nummarkers") {

@@ -118,8 +118,8 @@ int main(int argc, char** argv) {
     options.view = *render::parse_view(view);
     const auto complain = [](std::string_view message) { return fmt::print(stderr, "mien-play: {}\n", message), 2; };
     if (!fps.empty()) {
-        const auto rate = parse_rational(fps);
-        if (!rate.ok()) return complain(rate.error().message);
+        const auto rate = parse_frame_rate(fps);
+        if (!rate.ok()) return complain("--fps " + rate.error().message);
         options.frame_rate = *rate;
     }
     if (cache == "default") {

@@ -135,7 +135,7 @@ Result<int> encode(const Request& request) {
     io::LoadOptions load;
     load.progress = progress;
     if (!request.fps.empty()) {
-        MIEN_TRY(fps, parse_rational(request.fps));
+        MIEN_TRY(fps, parse_frame_rate(request.fps));
         load.frame_rate = fps;
     }
     if (!request.unit.empty()) load.unit = request.unit == "m" ? Unit::m : request.unit == "cm" ? Unit::cm : Unit::mm;

@@ -60,7 +60,7 @@ private:
 Result<LiveOptions> options_of(const Request& request) {
     LiveOptions options;
     if (!request.fps.empty()) {
-        MIEN_TRY(rate, parse_rational(request.fps));
+        MIEN_TRY(rate, parse_frame_rate(request.fps));
         options.frame_rate = rate;
     }
     options.group_seconds = request.group;

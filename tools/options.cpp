@@ -60,7 +60,11 @@ CLI::Validator number_from(double low, double high) {
 CLI::Validator motion_error() { return number_from(0.0001, 1000); }
 
 CLI::Validator frame_rate() {
-    return validator([](const std::string& text) { return parse_rational(text).ok(); }, "must be frames per second, as 30, 29.97 or 30000/1001");
+    const auto complaint = [](const std::string& text) {
+        const auto rate = parse_frame_rate(text);
+        return rate ? std::string() : rate.error().message;
+    };
+    return CLI::Validator(complaint, "", "");
 }
 
 void add_threads(CLI::App& command, int& threads, const std::string& more) {

@@ -18,7 +18,7 @@ CLI::Validator not_negative();
 CLI::Validator number_from(double low, double high);
 /// Errors of motion that may be asked for, mm or weights: finer ones drown in the rounding of single-precision coordinates.
 CLI::Validator motion_error();
-/// What parse_rational() takes.
+/// What parse_frame_rate() takes.
 CLI::Validator frame_rate();
 
 /// --threads

@@ -70,7 +70,7 @@ Result<int> send(const Request& request) {
     io::LoadOptions load;
     load.progress = progress_bar(request.quiet);
     if (!request.fps.empty()) {
-        MIEN_TRY(rate, parse_rational(request.fps));
+        MIEN_TRY(rate, parse_frame_rate(request.fps));
         load.frame_rate = rate;
     }
     MIEN_TRY(loaded, io::load_clip(request.clip, load));

@@ -331,6 +331,10 @@ TEST_F(BadClip, TheDescriptionIsCheckedKeyByKey) {
     expect_message(path, {"no motion"});
     describe(R"({"fps": -1, "weights": "weights.npy"})");
     expect_message(path, {"\"fps\""});
+    for (const char* rate : {"1e9", "1000000000", "0.001"}) {
+        describe(std::string(R"({"fps": )") + rate + R"(, "weights": "weights.npy"})");
+        expect_message(path, {"\"fps\" must be frames per second, from 0.01 to 1000"});
+    }
     describe(R"({"fps": 30, "unit": "inch", "weights": "weights.npy"})");
     expect_message(path, {"\"unit\""});
     describe(R"({"fps": 30, "weights": "other.npy"})");

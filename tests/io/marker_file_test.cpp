@@ -88,6 +88,9 @@ TEST(Trc, ReadsRateUnitNamesAndBlanks) {
     EXPECT_TRUE(take->points.frame(0).row(1).array().isNaN().all());
     EXPECT_EQ(take->points.frame(1)(1, 2), 9);
     EXPECT_EQ(parse_trc("frame,x\n").error().code, ErrorCode::bad_magic);
+    const auto fast = parse_trc("PathFileType\t4\nDataRate\tNumMarkers\n1000000000\t1\nFrame#\tTime\tNose\n\t\tX1\tY1\tZ1\n1\t0\t1\t2\t3\n");
+    ASSERT_TRUE(fast) << fast.error().message;
+    EXPECT_FALSE(fast->frame_rate) << "nothing films so fast";
     EXPECT_EQ(parse_trc("PathFileType\t4\nNumMarkers\n1\nFrame#\tTime\tNose\n\t\tX1\tY1\tZ1\none\t0\t1\t2\t3\n2\t0\tx\t2\tz\n3\t0\t1\t2\t3\n4\t0\t1\t2\t3\t4\n").error().message,
               "line 6: \"one\" is not a frame number; line 7: \"x\" in column 3 is not a number; line 7: \"z\" in column 5 is not a number; line 9: more than 1 markers");
     EXPECT_EQ(parse_trc("PathFileType\t4\n").error().code, ErrorCode::truncated);
