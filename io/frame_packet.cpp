@@ -6,6 +6,7 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <string_view>
 
 #include "core/byte_io.hpp"
@@ -68,8 +69,9 @@ Result<MarkerPacket> parse_marker_packet(ByteView bytes) {
     packet.markers.resize(Eigen::Index(count), 3);
     for (float& x : packet.markers.reshaped<Eigen::RowMajor>()) x = in.f32();
     for (Eigen::Index m = 0; m < packet.markers.rows(); ++m) {
-        const auto row = packet.markers.row(m).array();
-        if (!row.isFinite().all() && !row.isNaN().all()) return Error{ErrorCode::invalid, fmt::format("marker {} is neither there nor missing", m)};
+        auto row = packet.markers.row(m);
+        if (row.array().isNaN().any()) row.setConstant(std::numeric_limits<float>::quiet_NaN());
+        else if (!row.allFinite()) return Error{ErrorCode::invalid, fmt::format("marker {} is infinite", m)};
     }
     return packet;
 }

@@ -21,10 +21,10 @@ struct MarkerPacket {
 
     std::uint32_t sequence = 0;      ///< number of the frame, at the stream's frame rate
     std::uint64_t time_us = 0;       ///< of the capture, by the sender's clock
-    Points markers;                  ///< mm; three NaNs: missing
+    Points markers;                  ///< mm; three NaNs: missing. In a packet one is enough
 };
 bool is_marker_packet(ByteView packet);
-/// Errors: bad_magic, unsupported_version, truncated, trailing_bytes; invalid for a marker that is half missing or infinite.
+/// Errors: bad_magic, unsupported_version, truncated, trailing_bytes; invalid for a marker that is infinite.
 Result<MarkerPacket> parse_marker_packet(ByteView packet);
 Bytes encode(const MarkerPacket& packet);
 
