@@ -343,12 +343,14 @@ private:
         MIEN_TRY(index, number(attributes, "TEXCOORD_0"));
         MIEN_TRY(uv, document_.values(index));
         if (uv.width != 2 || uv.count != count) return damaged("glTF texture coordinates do not fit the positions");
+        IndexRanges no_place;
         for (std::int64_t v = 0; v < count; ++v) {
             // glTF counts v from the top row of the image, we from the bottom.
             const Vec2 point(float(uv.at(v, 0)), float(1 - uv.at(v, 1)));
-            if (!point.allFinite()) return Error{ErrorCode::invalid, "a texture coordinate is not finite"};
+            if (!point.allFinite()) no_place.add(std::int64_t(mesh_.texcoords.size()));
             mesh_.texcoords.push_back(point);
         }
+        if (!no_place.empty()) return Error{ErrorCode::invalid, no_place.subject("texture coordinate", "texture coordinates") + " not finite"};
         textured_ = true;
         return {};
     }

@@ -129,6 +129,19 @@ TEST(Gltf, ReadsMeshTransformAndMorphTarget) {
     EXPECT_EQ(file->blendshapes[0].offsets.row(2), (Eigen::RowVector3f(0, 0, 2)));
 }
 
+TEST(Gltf, PointsThatAreNotFiniteAreNamed) {
+    constexpr std::size_t kBinary = 104, kTexcoords = 36;
+    const auto with_nan_at = [&](std::initializer_list<std::size_t> floats, std::size_t from) {
+        Bytes bytes = glb();
+        for (const std::size_t i : floats) bytes[bytes.size() - kBinary + from + 4 * i + 2] = std::byte{0xc0}, bytes[bytes.size() - kBinary + from + 4 * i + 3] = std::byte{0x7f};
+        const auto file = parse_gltf(bytes);
+        return file ? "" : file.error().message;
+    };
+    EXPECT_EQ(with_nan_at({4}, 0), "vertex 1 is not finite");
+    EXPECT_EQ(with_nan_at({0, 1, 8}, 0), "vertices 0, 2 are not finite");
+    EXPECT_EQ(with_nan_at({1, 2}, kTexcoords), "texture coordinates 0-1 are not finite");
+}
+
 TEST(Gltf, RefusesEveryTruncationAndSurvivesDamage) {
     const Bytes whole = glb();
     for (std::size_t n = 0; n < whole.size(); n += 3) {
