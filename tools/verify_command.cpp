@@ -110,15 +110,15 @@ Result<std::optional<ordered_json>> compare_texture(const Clip& truth, const Cli
     return std::optional(ordered_json{{"psnr_y_db", comparison.psnr_y()}, {"ssim", comparison.ssim()}, {"frames", comparison.frames()}});
 }
 
-/// Sound that comes at another rate than the clip's ends within a sample of it.
-double missing_seconds(const Sound& truth, const Sound& received) {
-    const double missing = truth.seconds() - received.seconds(), sample = 1.0 / std::min(truth.sample_rate, received.sample_rate);
+/// What the stream lacks of the sound that goes with the picture. At another rate than the clip's it ends within a sample of the clip's.
+double missing_seconds(const Clip& truth, const Clip& received) {
+    const double picture = double(truth.frame_count()) / truth.frame_rate.value();
+    const double missing = std::min(truth.sound->seconds(), picture) - (received.sound ? received.sound->seconds() : 0);
+    const double sample = 1.0 / std::min(truth.sound->sample_rate, received.sound ? received.sound->sample_rate : truth.sound->sample_rate);
     return missing > sample ? missing : 0;
 }
 
-Result<int> verify(const Request& request) {
-    const Progress progress = progress_bar(request.json);
-    MIEN_TRY(stream, StoredStream::open(request.file));
+Result<int> compare(const Request& request, const StoredStream& stream, const Progress& progress) {
     MIEN_TRY(loaded, io::load_clip(request.clip, {.frame_rate = {}, .unit = {}, .progress = progress}));
     MIEN_TRY(received, decode_stream(stream, progress, Keep::textured, nullptr, request.rungs));
     const Clip& truth = loaded.clip;
@@ -142,8 +142,11 @@ Result<int> verify(const Request& request) {
         MIEN_TRY(texture, compare_texture(truth, received, progress));
         if (texture) report["texture"] = *texture;
     }
-    if (truth.sound && received.sound)
-        report["sound"] = {{"seconds", received.sound->seconds()}, {"missing_s", missing_seconds(*truth.sound, *received.sound)}};
+    if (truth.sound && stream.track(protocol::TrackKind::sound)) {
+        const double missing = missing_seconds(truth, received);
+        report["sound"] = {{"seconds", received.sound ? received.sound->seconds() : 0}, {"missing_s", missing}};
+        if (missing > 0) complaints.push_back(fmt::format("the stream lacks {:.3f} s of the sound", missing));
+    }
     report["ok"] = complaints.empty();
     end_progress();
 
@@ -158,10 +161,22 @@ Result<int> verify(const Request& request) {
         if (report.contains("texture"))
             fmt::print("texture  PSNR-Y {:.2f} dB, SSIM {:.4f} over {} frames\n", report["texture"]["psnr_y_db"].get<double>(),
                        report["texture"]["ssim"].get<double>(), report["texture"]["frames"].get<std::int64_t>());
-        if (report.contains("sound")) fmt::print("sound    {:.3f} s\n", report["sound"]["seconds"].get<double>());
+        if (report.contains("sound")) {
+            const double missing = report["sound"]["missing_s"].get<double>();
+            fmt::print("sound    {:.3f} s{}\n", report["sound"]["seconds"].get<double>(), missing > 0 ? fmt::format(", {:.3f} s missing", missing) : "");
+        }
     }
     for (const std::string& text : complaints) fail(text);
     return complaints.empty() ? kDone : kFailed;
+}
+
+Result<int> verify(const Request& request) {
+    const Progress progress = progress_bar(request.json);
+    MIEN_TRY(stream, StoredStream::open(request.file));
+    const auto compared = compare(request, stream, progress);
+    // What does not fit follows from the cut.
+    if (!compared && !stream.reader().complete()) return Error{compared.error().code, stream.reader().complaint() + ": " + compared.error().message};
+    return compared;
 }
 
 }  // namespace
