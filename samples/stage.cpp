@@ -115,7 +115,7 @@ Result<void> stage(const StageOptions& options, const fs::path& output, const Pr
     // Said before the work, not after it.
     std::error_code error;
     if (!options.force && fs::exists(output, error) && !(fs::is_directory(output, error) && fs::is_empty(output, error)))
-        throw EnvironmentError(fmt::format("{} is there already: choose another folder, or replace it with --force", output.string()));
+        throw EnvironmentError(fmt::format("{} is there already: choose another folder, or replace it with -y", output.string()));
     if (progress) progress("preparing", 0, 0);
     MIEN_TRY(performance, make_performance(options));
     if (performance.frames() > kMaxFrames)

@@ -61,7 +61,7 @@ struct StageOptions {
     double scan_holes = 0;
     /// --seed: of everything that is drawn by lot.
     std::uint64_t seed = 0;
-    /// --force: replace a clip that is there already.
+    /// Replace a clip that is there already.
     bool force = false;
 };
 

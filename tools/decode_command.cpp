@@ -2,9 +2,11 @@
 
 #include <filesystem>
 
+#include "core/parallel.hpp"
 #include "io/clip_folder.hpp"
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
+#include "tools/options.hpp"
 #include "tools/stored_stream.hpp"
 #include "tools/stream_clip.hpp"
 
@@ -15,7 +17,8 @@ using protocol::TrackKind;
 
 struct Request {
     std::string file, output;
-    bool overwrite = false, no_texture = false, quiet = false;
+    int threads = 0;
+    bool overwrite = false, no_texture = false, no_sound = false, quiet = false;
     Rungs rungs;
 };
 
@@ -26,7 +29,7 @@ void tell_ends(const Request& request, const StoredStream& stream, const Clip& c
         say(fmt::format("holds {} of its {} frames", clip.frame_count(), frames));
     if (stream.track(TrackKind::texture) && !clip.texture && !request.no_texture) say("holds nothing whole of its texture, so the clip has none");
     const protocol::Track* sound = stream.track(TrackKind::sound);
-    if (!sound) return;
+    if (!sound || request.no_sound) return;
     const auto& info = std::get<protocol::SoundInfo>(sound->info);
     if (!clip.sound) return say("holds nothing of its sound, so the clip has none");
     if (const auto samples = std::int64_t(info.samples); clip.sound->length() < samples)
@@ -39,11 +42,13 @@ Result<int> decode(const Request& request) {
     // Before the long work.
     if (fs::is_directory(request.output, ignored) && !fs::is_empty(request.output, ignored) && !request.overwrite)
         return fail("'" + request.output + "' is not empty; name another folder, or overwrite what is in it with -y");
+    set_thread_count(request.threads);
     MIEN_TRY(stream, StoredStream::open(request.file));
     if (!stream.reader().complete()) warn("'" + request.file + "': " + stream.reader().complaint());
     const Progress progress = progress_bar(request.quiet);
     const auto losses = std::make_shared<Losses>();
     MIEN_TRY(clip, decode_stream(stream, progress, request.no_texture ? Keep::bare : Keep::textured, losses, request.rungs));
+    if (request.no_sound) clip.sound.reset();
     io::WriteOptions options;
     options.overwrite = request.overwrite;
     options.progress = progress;
@@ -66,6 +71,8 @@ void add_decode(CLI::App& mien, int& code) {
     command->add_option("--rung", request->rungs.motion, "Highest rung of motion to use, 0 the coarsest (default: all)")->check(CLI::Range(0, 63));
     command->add_option("--texture-rung", request->rungs.texture, "Rung of texture to use, 0 the coarsest (default: the finest)")->check(CLI::Range(0, 63));
     command->add_flag("--no-texture", request->no_texture, "Leave the texture out");
+    command->add_flag("--no-sound", request->no_sound, "Leave the sound out");
+    add_threads(*command, request->threads);
     command->add_flag("-q,--quiet", request->quiet, "No progress, no summary");
     command->callback([request, &code] { code = guarded([&] { return decode(*request); }); });
 }

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <iostream>
@@ -35,6 +37,15 @@ int main(int argc, char** argv) {
     add_evaluate(mien, code);
     add_live(mien, code);
     add_send(mien, code);
+    if (argc > 1 && argv[1][0] != '-') {
+        std::string commands;
+        bool known = false;
+        for (const CLI::App* command : mien.get_subcommands({})) {
+            commands += (commands.empty() ? "" : ", ") + command->get_name();
+            known = known || command->get_name() == argv[1];
+        }
+        if (!known) return misused(fmt::format("there is no command '{}', only {}", argv[1], commands));
+    }
     try {
         mien.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

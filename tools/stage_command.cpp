@@ -41,7 +41,7 @@ Result<int> stage(Request& request) {
     if (!request.sound.empty()) options.sound = request.sound;
     if (!request.frames.empty()) options.frames = parse_frames(request.frames);
     if (!request.fps.empty()) {
-        MIEN_TRY(fps, parse_rational(request.fps));
+        MIEN_TRY(fps, parse_frame_rate(request.fps));
         options.fps = fps;
     }
     if (const auto sense = samples::check_options(options); !sense) return misused(sense.error().message);
@@ -60,7 +60,8 @@ void add_stage(CLI::App& mien, int& code) {
     samples::StageOptions& options = request->options;
     CLI::App* command = mien.add_subcommand("stage", "Make a sample performance with known truth, as a clip folder");
     command->add_option("-o,--output", request->output, "Clip folder to write")->required();
-    command->add_flag("-f,--force", options.force, "Replace a clip that is there already");
+    command->add_flag("-y,--overwrite", options.force, "Replace a clip that is there already");
+    command->add_flag("-f,--force", options.force)->group("");   // the same, not shown: the name it had
     command->add_option("--actor", options.actor, "procedural, or ict:DIR for the ICT-FaceKit head in folder DIR")->capture_default_str();
     command->add_option("--identity", options.identity, "Weights of the ICT head's identity modes, from the first on: standard deviations, -10 to 10")->delimiter(',');
     auto* say = command->add_option("--say", request->say, "Text to speak");
