@@ -1,5 +1,7 @@
 #include "encoder/detail_encoder.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -67,13 +69,12 @@ public:
                 return Error{ErrorCode::invalid, std::string("the ") + job.name + " map is not finite or too large for so small an error"};
         keep_map_bytes();
         MIEN_TRY(coded, code_maps());
-        add_maps(coded);
+        Stored stored = store(coded);
+        out_.manifest = stored.manifest;
+        out_.blobs = std::move(stored.blobs);
+        tell_of(coded);
         out_.model.medium_domain = std::move(medium.map);
         out_.model.fine_domain = std::move(fine.map);
-        const Bytes bytes = protocol::encode_manifest(parts_.manifest);
-        out_.manifest = sha256(bytes);
-        out_.blobs = std::move(parts_.list.blobs());
-        out_.blobs.insert(out_.blobs.begin(), {out_.manifest, BlobKind::manifest, bytes});
         return std::move(out_);
     }
 
@@ -174,12 +175,6 @@ private:
         job.planes.emplace(kept, domain.map, out_.model.marker_triangles, factors_, *domain.wavelet, domain.rank);
     }
 
-    static std::size_t bytes_of(const CodedMaps& maps) {
-        std::size_t bytes = 0;
-        for (const auto& map : maps) bytes += encoder::bytes_of(map);
-        return bytes;
-    }
-
     /// Grows a layer's error until its map takes at most `most` bytes or it is 64 times what was asked.
     void keep_bytes(LayerJob& job, std::size_t most) {
         if (options_.progress) options_.progress("coding the maps", 0, 0);
@@ -240,14 +235,16 @@ private:
     Result<CodedMaps> code_maps() {
         CodedMaps best = code_maps_at(1);
         if (options_.most_bytes == 0) return best;
-        std::size_t beside = protocol::encode_manifest(parts_.manifest).size();
-        for (const LayerJob& job : jobs_) beside += 4 + (2 + std::size_t(job.stages)) * sizeof(Hash);  // of the manifest
-        for (const auto& blob : parts_.list.blobs()) beside += blob.bytes.size();
-        const auto fits = [&](const CodedMaps& maps) { return beside + bytes_of(maps) <= options_.most_bytes; };
+        const auto size = [&](const CodedMaps& maps) {
+            const Stored stored = store(maps);
+            return model_file(stored.manifest, stored.blobs, options_.name).size();
+        };
+        const auto fits = [&](const CodedMaps& maps) { return size(maps) <= options_.most_bytes; };
         if (fits(best)) return best;
         double low = 0, high = 6;  // log2 of the scale
         best = code_maps_at(std::exp2(high));
-        if (!fits(best)) return Error{ErrorCode::invalid, "the model cannot be stored in so few bytes"};
+        if (const std::size_t least = size(best); least > options_.most_bytes)
+            return Error{ErrorCode::invalid, fmt::format("the model cannot be stored in {} bytes: its maps at their coarsest, it takes {}", options_.most_bytes, least)};
         for (int i = 0; i < kSearch; ++i) {
             const double middle = (low + high) / 2;
             CodedMaps maps = code_maps_at(std::exp2(middle));
@@ -261,18 +258,32 @@ private:
         return best;
     }
 
-    /// Every layer's first stage, then stage by stage what refines them: the order of fetching.
-    void add_maps(const CodedMaps& coded) {
-        std::vector<std::vector<Hash>> blobs(jobs_.size());
+    struct Stored {
+        Hash manifest;
+        std::vector<protocol::StaticBlob> blobs;
+    };
+    /// All blobs of the model, with these maps: every layer's first stage, then stage by stage what refines them: the order of fetching.
+    Stored store(const CodedMaps& coded) const {
+        protocol::Manifest manifest = parts_.manifest;
+        BlobList list = parts_.list;
+        std::vector<std::vector<Hash>> of_layer(jobs_.size());
+        for (std::size_t l = 0; l < jobs_.size(); ++l)
+            of_layer[l] = {jobs_[l].domain->mask, list.add(BlobKind::detail_map, coding::encode_map(coded[l].head, coded[l].stages[0]))};
+        for (int stage = 1; stage < coding::kMaxStages; ++stage)
+            for (std::size_t l = 0; l < jobs_.size(); ++l)
+                if (stage < jobs_[l].stages) of_layer[l].push_back(list.add(BlobKind::refinement, coding::encode_refinement(stage, coded[l].stages[std::size_t(stage)])));
+        for (std::size_t l = 0; l < jobs_.size(); ++l) manifest.layers.push_back({jobs_[l].kind, std::move(of_layer[l])});
+        const Bytes bytes = protocol::encode_manifest(manifest);
+        Stored stored{sha256(bytes), std::move(list.blobs())};
+        stored.blobs.insert(stored.blobs.begin(), {stored.manifest, BlobKind::manifest, bytes});
+        return stored;
+    }
+
+    void tell_of(const CodedMaps& coded) {
         for (std::size_t l = 0; l < jobs_.size(); ++l) {
-            blobs[l] = {jobs_[l].domain->mask, parts_.list.add(BlobKind::detail_map, coding::encode_map(coded[l].head, coded[l].stages[0]))};
             out_.layers.push_back({jobs_[l].name, jobs_[l].planes->error(coded[l].head.step), {}});
             for (const auto& stage : coded[l].stages) out_.layers.back().stage_bytes.push_back(stage.coded.size());
         }
-        for (int stage = 1; stage < coding::kMaxStages; ++stage)
-            for (std::size_t l = 0; l < jobs_.size(); ++l)
-                if (stage < jobs_[l].stages) blobs[l].push_back(parts_.list.add(BlobKind::refinement, coding::encode_refinement(stage, coded[l].stages[std::size_t(stage)])));
-        for (std::size_t l = 0; l < jobs_.size(); ++l) parts_.layer(jobs_[l].kind, std::move(blobs[l]));
     }
 
     const model::DetailModel& model_;

@@ -19,7 +19,8 @@ struct DetailOptions {
     /// Bytes of the medium and the fine map, and of all maps; 0: no bound. Map by map the error grows, and a stage goes with each doubling, until
     /// it is kept; the medium map may take half of what it shares.
     std::size_t most_shape_bytes = 0, most_map_bytes = 0;
-    std::size_t most_bytes = 0;   ///< of all blobs; all three errors grow alike until it is kept. 0: no bound
+    std::size_t most_bytes = 0;   ///< of the model file; all three errors grow alike until it is kept. 0: no bound
+    std::string name;             ///< of the model file
     int stages = 5;               ///< of each map: every one halves its step; 1 .. coding::kMaxStages
     int fine_stages = 0;          ///< of the fine map, when it is not `stages`
     float mesh_step = 1.0f / 32;  ///< grid of the neutral positions, mm
@@ -45,7 +46,8 @@ struct EncodedDetail {
 
 /// Packs a detail model into blobs: mesh, shell, marker domain, what moves beside the shell (blend coefficients of all that is not
 /// skin, eyes, contact of the lips), and of every map a first stage and refinements. `moments`: of the
-/// training frames (Trained models hold them). Errors: coefficients that are not finite or too large for the asked error; bounds of the format.
+/// training frames (Trained models hold them). Errors: coefficients that are not finite or too large for the asked error; most_bytes that cannot be kept;
+/// bounds of the format.
 Result<EncodedDetail> encode_detail(const model::DetailModel& model, const model::TermMoments& moments, const std::string& actor, const DetailOptions& options = {});
 
 /// The bytes of a model file: a stored stream without tracks.

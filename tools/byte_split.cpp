@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace mien::tools {
 namespace {
 
 using protocol::BlobKind;
+using protocol::LayerKind;
 using protocol::TrackKind;
 
 /// Shares of coefficients and pose in the motion objects, by ideal code lengths of a decode.
@@ -20,7 +22,43 @@ Result<double> pose_share(const StoredStream& stream) {
     return all > 0 ? split.pose / all : 0.0;
 }
 
+const char* name_of(LayerKind kind) {
+    switch (kind) {
+        case LayerKind::shape: return "shape";
+        case LayerKind::vertex_basis: return "vertex basis";
+        case LayerKind::blend: return "blend";
+        case LayerKind::blendshapes: return "blendshapes";
+        case LayerKind::points: return "points";
+        case LayerKind::eyes: return "eyes";
+        case LayerKind::static_albedo: return "picture";
+        case LayerKind::video_albedo: return "video";
+        case LayerKind::contact: return "contact";
+        case LayerKind::thin_shell: return "thin shell";
+        case LayerKind::marker_domain: return "marker domain";
+        case LayerKind::medium: return "medium";
+        case LayerKind::fine: return "fine";
+        case LayerKind::albedo_map: return "albedo";
+    }
+    return "";
+}
+
 }  // namespace
+
+Result<std::vector<LayerBytes>> split_model(const StoredStream& stream) {
+    MIEN_TRY(account, stream.reader().account());
+    std::map<Hash, std::uint64_t> left;
+    for (const auto& blob : account.blobs) left.emplace(blob.info.hash, blob.stored);
+    std::vector<LayerBytes> layers;
+    std::uint64_t framing = account.total;
+    for (const protocol::Layer& layer : stream.reader().manifest().layers) {
+        LayerBytes& entry = layers.emplace_back(LayerBytes{name_of(layer.kind), layer.blobs.size(), 0});
+        for (const Hash& hash : layer.blobs)
+            if (const auto blob = left.extract(hash)) entry.bytes += blob.mapped();
+        framing -= entry.bytes;
+    }
+    layers.push_back({"framing", 1, framing});
+    return layers;
+}
 
 Result<ByteSplit> split_bytes(const StoredStream& stream) {
     MIEN_TRY(account, stream.reader().account());

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include "core/result.hpp"
 #include "tools/stored_stream.hpp"
@@ -18,5 +20,15 @@ struct ByteSplit {
 
 /// Decodes the motion track once, to tell pose from coefficients.
 Result<ByteSplit> split_bytes(const StoredStream& stream);
+
+/// The bytes of one layer of a face model.
+struct LayerBytes {
+    std::string name;
+    std::size_t blobs = 0;
+    std::uint64_t bytes = 0;
+};
+/// Those of a model file, layer by layer; a blob of several layers counts with the first. The last entry is the framing: manifest, hashes and
+/// lengths. They add up to the file.
+Result<std::vector<LayerBytes>> split_model(const StoredStream& stream);
 
 }  // namespace mien::tools

@@ -39,8 +39,31 @@ std::string describe(const protocol::Track& track, const protocol::Rung& rung) {
     return fmt::format("{} Hz, {} channel{}", s.sample_rate, s.channels, s.channels == 1 ? "" : "s");
 }
 
+/// Of a model file: it has no tracks, and so no time.
+Result<int> info_of_model(const std::string& file, const StoredStream& stream, bool json) {
+    MIEN_TRY(layers, split_model(stream));
+    MIEN_TRY(account, stream.reader().account());
+    const auto& header = stream.header();
+    if (!stream.reader().complete()) warn(fmt::format("'{}': {}", file, stream.reader().complaint()));
+    if (json) {
+        ordered_json out{{"name", header.name}, {"actor", stream.reader().manifest().actor}, {"model", header.model.hex()}};
+        out["bytes"] = {{"total", account.total}};
+        out["layers"] = ordered_json::array();
+        for (const LayerBytes& layer : layers) out["layers"].push_back({{"name", layer.name}, {"blobs", layer.blobs}, {"bytes", layer.bytes}});
+        out["tracks"] = ordered_json::array();
+        out["complete"] = stream.reader().complete();
+        fmt::print("{}\n", out.dump(2));
+        return kDone;
+    }
+    fmt::print("{}: a face model, {} blobs\nmodel {}\nbytes\n", header.name, account.blobs.size(), header.model.hex().substr(0, 16));
+    fmt::print("  {:<14} {:>13}\n", "total", with_thousands(account.total));
+    for (const LayerBytes& layer : layers) fmt::print("  {:<14} {:>13}\n", layer.name, with_thousands(layer.bytes));
+    return kDone;
+}
+
 Result<int> info(const std::string& file, bool json) {
     MIEN_TRY(stream, StoredStream::open(file));
+    if (stream.header().tracks.empty()) return info_of_model(file, stream, json);
     MIEN_TRY(split, split_bytes(stream));
     const auto& header = stream.header();
     const double seconds = double(header.frames) / header.frame_rate.value();
@@ -91,8 +114,8 @@ Result<int> info(const std::string& file, bool json) {
 void add_info(CLI::App& mien, int& code) {
     auto file = std::make_shared<std::string>();
     auto json = std::make_shared<bool>(false);
-    CLI::App* command = mien.add_subcommand("info", "Show what a stream file holds and where its bytes go");
-    command->add_option("file", *file, "Stream file")->required();
+    CLI::App* command = mien.add_subcommand("info", "Show what a stream or model file holds and where its bytes go");
+    command->add_option("file", *file, "Stream or model file")->required();
     command->add_flag("--json", *json, "As JSON");
     command->callback([file, json, &code] { code = guarded([&] { return info(*file, *json); }, *json); });
 }

@@ -1,5 +1,6 @@
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "analysis/training_report.hpp"
@@ -11,6 +12,7 @@
 #include "io/clip_folder.hpp"
 #include "io/file.hpp"
 #include "io/image_file.hpp"
+#include "tools/byte_split.hpp"
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
 #include "tools/options.hpp"
@@ -126,6 +128,7 @@ Result<int> train(const Request& request) {
     }
     coding.progress = progress;
     coding.most_bytes = std::size_t(request.most_kilobytes * 1000);
+    coding.name = output.stem().string();
     std::optional<Image> picture;
     if (clip.texture) {
         MIEN_TRY(still, encoder::still_picture(clip, progress));
@@ -133,16 +136,18 @@ Result<int> train(const Request& request) {
         coding.picture = &*picture;
     }
     MIEN_TRY(coded, encoder::encode_detail(trained.model, trained.moments, clip.name, coding));
-    const Bytes bytes = encoder::model_file(coded.manifest, coded.blobs, output.stem().string());
+    const Bytes bytes = encoder::model_file(coded.manifest, coded.blobs, coding.name);
     file.write(ByteView(bytes));
     file.commit_to_disk();
     end_progress();
     if (!request.quiet) {
         fmt::print("{}: {} from {} frames\n", request.output, human_bytes(bytes.size()), trained.frames);
-        for (const auto& layer : coded.layers) {
-            std::size_t size = 0;
-            for (const std::size_t stage : layer.stage_bytes) size += stage;
-            fmt::print("  {:<8} {:>9}, coding added {:.2g} {} RMS\n", layer.name, human_bytes(size), layer.error, layer.name == "albedo" ? "of linear albedo" : "mm");
+        MIEN_TRY(stream, StoredStream::from_bytes(std::make_shared<Bytes>(bytes)));
+        MIEN_TRY(layers, split_model(stream));
+        for (const LayerBytes& layer : layers) {
+            const auto map = std::find_if(coded.layers.begin(), coded.layers.end(), [&](const auto& each) { return each.name == layer.name; });
+            const std::string added = map == coded.layers.end() ? "" : fmt::format(", coding added {:.2g} {} RMS", map->error, map->name == "albedo" ? "of linear albedo" : "mm");
+            fmt::print("  {:<14} {:>9}{}\n", layer.name, human_bytes(layer.bytes), added);
         }
     }
     return kDone;
@@ -162,7 +167,7 @@ void add_train(CLI::App& mien, int& code) {
     command->add_flag("--paper", request->paper, "Every step as Ma et al. 2008 have it");
     command->add_option("--reach", request->reach, "Skin farther from every marker than this has no detail, mm")->check(above_zero())->capture_default_str();
     command->add_option("--high-pass", request->high_pass, "Width of what the medium layer is left to carry, mm")->check(above_zero())->capture_default_str();
-    command->add_option("--kbytes", request->most_kilobytes, "Largest size of the model, kB: its error grows until it fits")->check(above_zero());
+    command->add_option("--kbytes", request->most_kilobytes, "Largest size of the model file, kB: its error grows until it fits")->check(above_zero());
     command->add_option("--coding-error", request->coding_errors, "RMS that storing may add to the medium layer (mm), the fine one (mm) and albedo (linear, 0 to 1) (default: 0.02, a tenth of the fit's own error but at most 0.002, 0.0006; within 200 kB of medium and fine layer and 800 kB of all)")
         ->delimiter(',')->expected(3)->check(above_zero());
     command->add_option("--report", request->report, "Folder for figures, tables and error maps; also fits and measures other orders and two rivals");

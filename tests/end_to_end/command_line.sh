@@ -32,6 +32,7 @@ npy() { # npy FILE SHAPE: header of a float32 array, the values come on standard
 does "$mien" stage -o clip --expressions --seconds 0.5 --texture-size 64 --markers 40
 does "$mien" check clip
 refuses "is there already|not empty|something in it" "$mien" stage -o clip --expressions --seconds 0.5 --texture-size 0
+for again in -y --overwrite -f --force; do does "$mien" stage -o replaced --expressions --seconds 0.1 --texture-size 0 --markers 0 $again; done
 
 # Every kind of motion keeps its promise, as re-measured by a process of its own.
 does "$mien" encode clip -o vertices.mien --rms 0.1
@@ -117,6 +118,11 @@ for samples in 4416 4423; do
     does "$mien" encode sounding -y -o sounding.mien --no-texture
     "$mien" verify sounding.mien sounding --no-texture --json 2>log.txt | jq -e '.sound.missing_s == 0' >/dev/null || complain "a whole sound of $samples samples lacks something: $(cat log.txt)"
 done
+# A stream of half the sound is not all well.
+ffmpeg -v error -y -f lavfi -i sine=sample_rate=48000:duration=0.05 sounding/s.wav
+does "$mien" encode sounding -y -q -o sounding.mien
+ffmpeg -v error -y -f lavfi -i sine=sample_rate=48000:duration=0.1 sounding/s.wav
+refuses "lacks 0.050 s of the sound" "$mien" verify sounding.mien sounding
 ffmpeg -v error -y -f lavfi -i sine=sample_rate=48000:duration=0.02 sounding/s.wav
 does "$mien" encode sounding -y -q -o sounding.mien
 does "$mien" decode sounding.mien -o sounding-back
@@ -158,6 +164,7 @@ does "$mien" encode clip -o grouped.mien --group 0.1 --no-sound
 size=$(stat -c %s grouped.mien)
 for part in 95 98; do
     head -c $((size * part / 100)) grouped.mien >cut.mien
+    refuses "error: .*(ends|cut|index).*: the stream has [0-9]+ frames but the clip has" "$mien" verify cut.mien clip --no-texture
     says "holds [1-9][0-9]* of its" "$mien" decode cut.mien -o "held-$part"
     does "$mien" check "held-$part"
 done
@@ -244,6 +251,8 @@ jq -e . json.txt >/dev/null || complain "check --json of nothing: $(cat json.txt
 "$mien" verify vertices.mien clip --max-rms 0.0001 --json 2>/dev/null >json.txt && complain "verify above its bound succeeds"
 jq -e '.ok == false' json.txt >/dev/null || complain "verify --json above its bound: $(cat json.txt)"
 # The command line misused is 2, from every program.
+refuses "no command 'nosuchcommand'.*encode" "$mien" nosuchcommand
+refuses "from 0.01 to 1000" "$mien" encode clip -o x.mien --fps 1000000000
 for misused in "mien" "mien nosuchcommand" "mien encode clip" "mien-serve" "mien-serve . --port x" "mien-play --size 3" "mien-play --headless vertices.mien"; do
     $bin/$misused >/dev/null 2>&1
     [[ $? == 2 ]] || complain "exit code of: $misused"
@@ -279,6 +288,11 @@ does "$mien" check session
 does "$mien" train session -o actor.model --report report --order linear
 jq -e '.clips[0].medium.linear.mean < .clips[0].medium.neutral.mean' report/report.json >/dev/null || complain "a model explains less than a still face does"
 does "$mien" info actor.model
+"$mien" info actor.model --json | jq -e '(.layers | map(.bytes) | add) == .bytes.total and (.layers | map(.name) | contains(["shape", "medium", "fine", "framing"])) and (has("fps") | not)' >/dev/null ||
+    complain "info of a model: $("$mien" info actor.model --json)"
+says "medium .*coding added" "$mien" train session -o small.model --order linear --kbytes $(($(stat -c %s actor.model) * 9 / 10000))
+[[ $(stat -c %s small.model) -le $(($(stat -c %s actor.model) * 9 / 10000 * 1000)) ]] || complain "train --kbytes writes more than asked"
+refuses "in 1000 bytes: .*it takes [0-9]+" "$mien" train session -o tiny.model --kbytes 1
 does "$mien" train session -o coarse.model --coding-error 0.02,0.002,0.0006
 does "$mien" train session -o fine.model --coding-error 0.02,0.0002,0.0006
 [[ $(stat -c %s fine.model) -gt $(stat -c %s coarse.model) ]] || complain "a tenth of the coding error takes no more bytes"
