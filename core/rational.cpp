@@ -1,7 +1,5 @@
 #include "core/rational.hpp"
 
-#include <fmt/format.h>
-
 #include <charconv>
 #include <limits>
 #include <numeric>
@@ -55,12 +53,6 @@ Result<Rational> parse_rational(std::string_view text) {
     }
     if (num <= 0 || den <= 0) return error;
     return make_rational(num, den);
-}
-
-Result<Rational> parse_frame_rate(std::string_view text) {
-    const auto rate = parse_rational(text);
-    if (rate && rate->value() >= kLowestFrameRate && rate->value() <= kHighestFrameRate) return rate;
-    return Error{ErrorCode::invalid, fmt::format("must be frames per second, from {} to {}, as 30, 29.97 or 30000/1001", kLowestFrameRate, kHighestFrameRate)};
 }
 
 std::string to_string(Rational r) {

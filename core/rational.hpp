@@ -26,12 +26,6 @@ Rational make_rational(std::int64_t num, std::int64_t den);
 /// "30", "29.97" (exactly 2997/100) or "30000/1001"; positive, numerator and denominator at most 2^31 - 1.
 Result<Rational> parse_rational(std::string_view text);
 
-/// Frames a second that anything is recorded or shown at: what lies beyond is a slip of the hand.
-inline constexpr double kLowestFrameRate = 0.01, kHighestFrameRate = 1000;
-
-/// The same for a frame rate, from kLowestFrameRate to kHighestFrameRate; the error says what it must be.
-Result<Rational> parse_frame_rate(std::string_view text);
-
 /// "30" or "30000/1001".
 std::string to_string(Rational r);
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/frame_rate.hpp"
 #include "io/fault_list.hpp"
 #include "io/file.hpp"
 #include "io/live_link.hpp"

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/frame_rate.hpp"
 #include "io/fault_list.hpp"
 #include "io/limits.hpp"
 

@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "core/environment_error.hpp"
+#include "core/frame_rate.hpp"
 #include "core/interruption.hpp"
 #include "net/blob_cache.hpp"
 #include "net/stream_list.hpp"

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "core/frame_rate.hpp"
 #include "core/geometry.hpp"
 #include "core/parallel.hpp"
 #include "encoder/stream_encoder.hpp"

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <mutex>
 
+#include "core/frame_rate.hpp"
 #include "core/interruption.hpp"
 #include "tools/commands.hpp"
 #include "tools/console.hpp"

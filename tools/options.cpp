@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/rational.hpp"
+#include "core/frame_rate.hpp"
 #include "io/file.hpp"
 #include "protocol/bodies.hpp"
 

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "core/environment_error.hpp"
+#include "core/frame_rate.hpp"
 #include "io/clip_folder.hpp"
 #include "io/frame_packet.hpp"
 #include "io/live_link.hpp"

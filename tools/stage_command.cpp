@@ -1,5 +1,6 @@
 #include <fmt/core.h>
 
+#include "core/frame_rate.hpp"
 #include "core/parallel.hpp"
 #include "samples/stage.hpp"
 #include "tools/commands.hpp"
