@@ -163,7 +163,8 @@ TEST_F(RefinerGLTest, MapsGoToTheGpuALittleAtATimeAndAreDrawnWhenAllAreThere) {
     const std::size_t triangles = coarse.detail->model().marker_triangles.size();
     const std::vector<float> parameters(12 * triangles, 0.3f);
     const auto buffer = render::gl::make_buffer(sizeof(float) * parameters.size(), parameters.data());
-    const auto values = [&](render::DetailMap& of) { return of.evaluate(buffer, 1), of.read().values; };
+    const auto texels = render::gl::make_texels(GL_RGBA32F, buffer);
+    const auto values = [&](render::DetailMap& of) { return of.evaluate(texels, 1), of.read().values; };
     const std::vector<float> before = values(map), after = values(wanted);
     ASSERT_NE(before, after);
     int steps = 0;
