@@ -29,7 +29,7 @@ std::uint32_t average_bits(const std::vector<protocol::Group>& groups, double se
 
 class StreamBuilder {
 public:
-    StreamBuilder(const Clip& clip, const StreamOptions& options) : clip_(clip) {
+    StreamBuilder(const Clip& clip, const StreamOptions& options) {
         out_.header.name = options.name.empty() ? clip.name : options.name;
         out_.header.frame_rate = clip.frame_rate;
         out_.header.frames = std::uint64_t(clip.frame_count());
@@ -63,7 +63,6 @@ public:
     EncodedStream& out() { return out_; }
 
 private:
-    const Clip& clip_;
     EncodedStream out_;
     double seconds_ = 0;
     std::uint8_t next_slot_ = 0;
