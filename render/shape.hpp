@@ -41,7 +41,7 @@ private:
     int count_ = 0;
     int components_ = 0;
     int pair_count_ = 0, member_count_ = 0;  ///< of the lips' contact
-    int per_buffer_ = 1;                    ///< components that fit into one storage block
+    int per_buffer_ = 1;                    ///< components that fit into one buffer of texels
     gl::Program shape_, correct_, contact_, normals_program_;
     gl::Buffer positions_, normals_, neutral_, neutral_and_mean_, weights_, eye_of_, pairs_, members_, ring_start_, ring_;
     std::vector<gl::Buffer> component_blocks_;
