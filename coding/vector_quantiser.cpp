@@ -5,6 +5,7 @@
 
 #include "coding/point_influence.hpp"
 #include "coding/vector_coder.hpp"
+#include "core/wide.hpp"
 
 namespace mien::coding {
 namespace {
@@ -12,6 +13,31 @@ namespace {
 // Rounds after the first move a surprise from mending its own point towards mending all it moves, by so much of the way, and by
 // so much of a step at most: neighbours overlap, and further would overshoot. Measured on procedural and scanned heads.
 constexpr double kRelaxation = 0.7, kFarthest = 0.7;
+
+using Share = PointInfluence::Share;
+using Row = std::array<double, 4>;   // a point's coordinates, padded so that they fill a register
+
+/// sum = what the points moved lack, weighted; in four chains, so that no addition waits for the one before it.
+MIEN_LOOP weigh_rows_loop(std::span<const Share> shares, const Row* left, Row& sum) {
+    std::array<Row, 4> chain{};
+    const auto add = [&](Row& to, const Share& share) {
+        const Row& row = left[share.point];
+        for (std::size_t c = 0; c < 4; ++c) to[c] += double(share.weight) * row[c];
+    };
+    std::size_t i = 0;
+    for (; i + 4 <= shares.size(); i += 4)
+        for (std::size_t k = 0; k < 4; ++k) add(chain[k], shares[i + k]);
+    for (; i < shares.size(); ++i) add(chain[0], shares[i]);
+    for (std::size_t c = 0; c < 4; ++c) sum[c] = (chain[0][c] + chain[1][c]) + (chain[2][c] + chain[3][c]);
+}
+MIEN_WIDE(weigh_rows, (std::span<const Share> shares, const Row* left, Row& sum), (shares, left, sum))
+
+/// Takes from the points moved what a surprise gives them.
+MIEN_LOOP take_rows_loop(std::span<const Share> shares, const Row& given, Row* left) {
+    for (const Share& share : shares)
+        for (std::size_t c = 0; c < 4; ++c) left[share.point][c] -= double(share.weight) * given[c];
+}
+MIEN_WIDE(take_rows, (std::span<const Share> shares, const Row& given, Row* left), (shares, given, left))
 
 }  // namespace
 
@@ -39,7 +65,9 @@ std::vector<std::int32_t> VectorQuantiser::quantise(std::span<const double> valu
     const std::size_t coordinates = s.shape.coordinates;
     std::vector<double> target(values.begin(), values.end());
     for (double& v : target) v = std::clamp(v, -double(1 << 27), double(1 << 27));
-    std::vector<double> left = target;                       // what no surprise has made yet
+    std::vector<Row> left(s.shape.points, Row{});            // what no surprise has made yet
+    for (std::size_t i = 0; i < target.size(); ++i) left[i / coordinates][i % coordinates] = target[i];
+    Row product{}, given{};                                  // of the point being coded
     std::vector<std::int64_t> surprise(values.size(), 0);
     const VectorCoder start = s.vectors;
     for (int round = 0; round < rounds; ++round) {
@@ -52,14 +80,8 @@ std::vector<std::int32_t> VectorQuantiser::quantise(std::span<const double> valu
             const double energy = s.influence.energy(v.position);
             double surprising = target[v.index] - double(v.base);
             if (round > 0) {
-                // Four chains, so that no addition waits for the one before it.
-                const auto part = [&](std::size_t i) { return double(shares[i].weight) * left[shares[i].point * coordinates + c]; };
-                double p0 = 0, p1 = 0, p2 = 0, p3 = 0;
-                std::size_t i = 0;
-                for (; i + 4 <= shares.size(); i += 4) p0 += part(i), p1 += part(i + 1), p2 += part(i + 2), p3 += part(i + 3);
-                for (; i < shares.size(); ++i) p0 += part(i);
-                const double product = (p0 + p1) + (p2 + p3);
-                const double mended = kRelaxation * (product / energy + double(surprise[v.index]) - surprising);
+                if (c == 0) weigh_rows(shares, left.data(), product);
+                const double mended = kRelaxation * (product[c] / energy + double(surprise[v.index]) - surprising);
                 surprising += std::clamp(mended, -kFarthest * v.step, kFarthest * v.step);
             }
             const std::int64_t told = v.prediction - v.base;
@@ -78,8 +100,9 @@ std::vector<std::int32_t> VectorQuantiser::quantise(std::span<const double> valu
                 }
             }
             const std::int64_t made = told + std::int64_t(best) * v.step;
-            if (rounds > 1 && made != surprise[v.index])
-                for (const auto& share : shares) left[share.point * coordinates + c] -= double(share.weight) * double(made - surprise[v.index]);
+            given[c] = double(made - surprise[v.index]);
+            // Coordinates do not touch each other: all of a point's are taken at once.
+            if (rounds > 1 && c + 1 == coordinates && given != Row{}) take_rows(shares, given, left.data());
             surprise[v.index] = made;
             return best;
         });
