@@ -194,7 +194,8 @@ void FaceRenderer::State::draw_face(const Camera& camera, const Look& look, cons
     Eigen::Matrix4f light_projection = Eigen::Matrix4f::Identity();
     const Vec3 centre = shape.pose().apply(box.center());
     if (shadowed) {
-        if (!shadow) shadow.emplace();
+        const int side = ShadowMap::side_for(target.height());
+        if (!shadow || shadow->side() != side) shadow.emplace(side);
         light_projection = ShadowMap::projection(look.lighting.lights[0].towards, centre, box.diagonal().norm() * 0.55f);
         shadow->draw(casters, index_count, solid_count, light_projection);
         target.bind();
@@ -256,8 +257,8 @@ void FaceRenderer::State::draw_face(const Camera& camera, const Look& look, cons
 }
 
 void FaceRenderer::State::draw_backdrop(const Camera& camera, const Look& look, const Target& target) {
-    constexpr int kRows = 32;                 // of backdrop.vert's grid, from the bottom up,
-    constexpr int kRowCorners = 6 * 32;       // and corners in each
+    constexpr int kRows = 16;                 // of backdrop.vert's grid, from the bottom up,
+    constexpr int kRowCorners = 6 * 16;       // and corners in each
     glDisable(GL_FRAMEBUFFER_SRGB);   // its colours are encoded already
     backdrop.use();
     glBindVertexArray(any.id());

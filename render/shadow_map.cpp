@@ -3,18 +3,13 @@
 #include "embedded_mien_render.hpp"
 
 namespace mien::render {
-namespace {
 
-constexpr int kSide = 1024;  // texels, fine enough for the shadow of a nose; face.frag softens it over some of them
-
-}  // namespace
-
-ShadowMap::ShadowMap()
-    : depth_(gl::make_texture(GL_TEXTURE_2D)),
+ShadowMap::ShadowMap(int side)
+    : side_(side), depth_(gl::make_texture(GL_TEXTURE_2D)),
       framebuffer_(gl::make_framebuffer()),
       program_(gl::make_program(embedded::shaders_shadow_vert, embedded::shaders_shadow_frag)) {
     const GLuint id = depth_.id();
-    glTextureStorage2D(id, 1, GL_DEPTH_COMPONENT16, kSide, kSide);   // steps of some hundredths of a millimetre
+    glTextureStorage2D(id, 1, GL_DEPTH_COMPONENT16, side_, side_);   // steps of some hundredths of a millimetre
     glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
     glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
     glTextureParameteri(id, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
@@ -38,7 +33,7 @@ Eigen::Matrix4f ShadowMap::projection(const Vec3& towards_light, const Vec3& cen
 
 void ShadowMap::draw(const gl::VertexArray& casters, GLsizei index_count, GLsizei solid, const Eigen::Matrix4f& projection) {
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.id());
-    glViewport(0, 0, kSide, kSide);
+    glViewport(0, 0, side_, side_);
     glClear(GL_DEPTH_BUFFER_BIT);
     glBindVertexArray(casters.id());
     program_.set("light_projection", projection);

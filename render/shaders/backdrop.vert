@@ -2,7 +2,7 @@
 // A grey studio wall with a soft spot behind the head, behind everything: a grid of kAcross x kDown rectangles, so that only
 // corners have to work out the light and pixels mix it. No buffers: six corners a rectangle.
 out vec3 wall;   // as the picture stores it, sRGB-encoded
-const int kAcross = 32, kDown = 32;
+const int kAcross = 16, kDown = 16;
 void main() {
     const int cell = gl_VertexID / 6, corner = gl_VertexID % 6;
     const ivec2 at = ivec2(cell % kAcross, cell / kAcross) + ivec2(corner == 1 || corner == 2 || corner == 4, corner == 2 || corner >= 4);
