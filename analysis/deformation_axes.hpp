@@ -39,15 +39,25 @@ enum class AxisSmoothing {
     none,
 };
 
+/// Which plane of S a marker's d1 and d2 lie in.
+enum class AxisChoice {
+    principal,  ///< the one that S itself moves in most (Ma et al. 2008, section 4.1)
+    telling,    ///< the one that the layers around the marker follow best, what they do being taken as linear in S
+};
+
 struct AxisOptions {
+    AxisChoice choice = AxisChoice::telling;
     AxisSmoothing smoothing = AxisSmoothing::frames;
     double outlier_degrees = 20;  ///< paper: the angle below which no axis is an outlier
     int most_steps = 20'000;      ///< paper: it need not end by itself
 };
 
-/// Axes Q, R of every marker: the two principal axes of S about neutral, smoothed over the mesh, scaled so that d1 and d2 have
-/// unit RMS over the gathered frames. `frames` whitens: d1 and d2 are also uncorrelated, and any turn inside the plane
-/// keeps them so. Markers that hardly move (RMS far below the others') are scaled less, so that noise is not blown up.
-model::DomainAxes deformation_axes(const DeformationMoments& moments, const AxisOptions& options = {});
+/// Axes Q, R of every marker: two of S about neutral, smoothed over the mesh, scaled so that d1 and d2 have unit RMS over the
+/// gathered frames. `frames` whitens: d1 and d2 are also uncorrelated, and any turn inside the plane keeps them so. Markers that
+/// hardly move (RMS far below the others') are scaled less, so that noise is not blown up.
+/// `slopes`: for AxisChoice::telling, per marker the sum of b b' over everything around it that changes by b'S; the mean of its neighbours' counts as much.
+/// The plane is that of the reduced-rank regression of rank two (Izenman 1975): what is left of the changes outside it has the least
+/// energy, and some of the energy of S itself counts as a change. Empty, and where nothing changes: the principal axes.
+model::DomainAxes deformation_axes(const DeformationMoments& moments, const AxisOptions& options = {}, const std::vector<Moment>& slopes = {});
 
 }  // namespace mien::analysis

@@ -15,11 +15,11 @@ constexpr std::int64_t kBlock = 1024;  // texels that one thread takes at a time
 
 }  // namespace
 
-LayerFit::LayerFit(int predictors, int values, std::size_t texels, int takes)
-    : equations_(predictors, values), texels_(texels), takes_(takes), sums_(texels * equations_.size()) {
+LayerFit::LayerFit(int predictors, int values, std::size_t texels, int folds)
+    : equations_(predictors, values), texels_(texels), folds_(folds), sums_(texels * equations_.size()) {
     const std::size_t stride = std::max<std::size_t>(1, texels / kSparse);
     for (std::size_t i = stride / 2; i < texels; i += stride) sparse_.push_back(std::uint32_t(i));
-    by_take_.assign(std::size_t(takes) * sparse_.size() * equations_.size(), 0);
+    by_fold_.assign(std::size_t(folds) * sparse_.size() * equations_.size(), 0);
 }
 
 void LayerFit::add(const std::vector<Frame>& batch) {
@@ -41,7 +41,7 @@ void LayerFit::add(const std::vector<Frame>& batch) {
                 const double w = weight(std::size_t(i), x.data(), y.data());
                 equations_.add({sums_.data() + std::size_t(i) * equations_.size(), equations_.size()}, x.data(), y.data(), w);
                 if (apart)
-                    equations_.add({by_take_.data() + sparse_at(frame.take, std::size_t(sparse - sparse_.begin())), equations_.size()}, x.data(), y.data(), w);
+                    equations_.add({by_fold_.data() + sparse_at(frame.fold, std::size_t(sparse - sparse_.begin())), equations_.size()}, x.data(), y.data(), w);
             }
         }
     });
@@ -59,14 +59,14 @@ void LayerFit::keep(const std::vector<std::uint32_t>& texels) {
             from.push_back(k);
         }
     }
-    std::vector<double> by_take;
-    for (int take = 0; take < takes_; ++take)
+    std::vector<double> by_fold;
+    for (int fold = 0; fold < folds_; ++fold)
         for (const std::size_t k : from)
-            by_take.insert(by_take.end(), by_take_.begin() + std::ptrdiff_t(sparse_at(take, k)), by_take_.begin() + std::ptrdiff_t(sparse_at(take, k) + size));
+            by_fold.insert(by_fold.end(), by_fold_.begin() + std::ptrdiff_t(sparse_at(fold, k)), by_fold_.begin() + std::ptrdiff_t(sparse_at(fold, k) + size));
     texels_ = texels.size();
     sums_.resize(texels_ * size);
     sparse_ = std::move(sparse);
-    by_take_ = std::move(by_take);
+    by_fold_ = std::move(by_fold);
 }
 
 double LayerFit::weight(std::size_t texel, const double* x, const double* y) const {
@@ -86,7 +86,7 @@ void LayerFit::reweigh(std::vector<float> planes, int terms, double scale) {
     terms_ = terms;
     scale_ = scale;
     std::fill(sums_.begin(), sums_.end(), 0.0);
-    std::fill(by_take_.begin(), by_take_.end(), 0.0);
+    std::fill(by_fold_.begin(), by_fold_.end(), 0.0);
 }
 
 std::vector<double> LayerFit::errors(int terms, const std::vector<int>& degrees, const Ridge& ridge) const {
@@ -133,10 +133,10 @@ double LayerFit::left_out_error(int terms, const std::vector<int>& degrees, cons
     std::vector<double> errors(sparse_.size(), 0), counts(sparse_.size(), 0);
     parallel_for(std::int64_t(sparse_.size()), [&](std::int64_t k) {
         std::vector<double> rest(equations_.size()), coefficients(static_cast<std::size_t>(terms));
-        for (int take = 0; take < takes_; ++take) {
-            const std::span<const double> own(by_take_.data() + sparse_at(take, std::size_t(k)), equations_.size());
+        for (int fold = 0; fold < folds_; ++fold) {
+            const std::span<const double> own(by_fold_.data() + sparse_at(fold, std::size_t(k)), equations_.size());
             if (equations_.count(own) == 0) continue;
-            for (std::size_t i = 0; i < rest.size(); ++i) rest[i] = sums(sparse_[std::size_t(k)])[i] - (takes_ > 1 ? own[i] : 0);
+            for (std::size_t i = 0; i < rest.size(); ++i) rest[i] = sums(sparse_[std::size_t(k)])[i] - (folds_ > 1 ? own[i] : 0);
             for (int v = 0; v < equations_.values(); ++v) {
                 equations_.solve(rest, v, terms, degrees, ridge, coefficients.data());
                 errors[std::size_t(k)] += equations_.squared_error(own, v, terms, coefficients.data());
@@ -144,9 +144,11 @@ double LayerFit::left_out_error(int terms, const std::vector<int>& degrees, cons
             }
         }
     });
-    double error = 0, count = 0;
-    for (std::size_t k = 0; k < errors.size(); ++k) error += errors[k], count += counts[k];
-    return count > 0 ? error / count : 0;
+    // By texel: a few wild ones would decide over a mean of squares.
+    double sum = 0, seen = 0;
+    for (std::size_t k = 0; k < errors.size(); ++k)
+        if (counts[k] > 0) sum += std::sqrt(errors[k] / counts[k]), seen += 1;
+    return seen > 0 ? sum / seen : 0;
 }
 
 std::vector<float> LayerFit::solve(int terms, const std::vector<int>& degrees, const Ridge& ridge) const {
@@ -180,8 +182,8 @@ Ridge choose_ridge(const LayerFit& fit, int terms, const std::vector<int>& degre
         while (count < terms && degrees[std::size_t(count)] <= degree) ++count;
         return count;
     };
-    choose(up_to(1), &Ridge::linear, {1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3});
-    if (up_to(2) > up_to(1)) choose(up_to(2), &Ridge::quadratic, {0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30});
+    choose(up_to(1), &Ridge::linear, {1e-5, 1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3});
+    if (up_to(2) > up_to(1)) choose(up_to(2), &Ridge::quadratic, {0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30});
     if (up_to(3) > up_to(2)) choose(up_to(3), &Ridge::cubic, {0.1, 1, 10, 100, 1000});
     return ridge;
 }

@@ -10,17 +10,17 @@
 namespace mien::analysis {
 
 /// The least-squares problems of all texels of a layer for one kind of predictors, gathered frame by frame. Memory is one set
-/// of sums per texel, whatever the number of frames; a few thousand texels also keep theirs apart by take, for choosing
+/// of sums per texel, whatever the number of frames; a few thousand texels also keep theirs apart by fold, for choosing
 /// strengths.
 class LayerFit {
 public:
-    LayerFit(int predictors, int values, std::size_t texels, int takes);
+    LayerFit(int predictors, int values, std::size_t texels, int folds);
 
-    /// One frame of a batch: predictors of a texel, its values (stride `texels`, NaN: not seen) and the take it belongs to.
+    /// One frame of a batch: predictors of a texel, its values (stride `texels`, NaN: not seen) and the fold it belongs to.
     struct Frame {
         std::function<void(std::uint32_t texel, double* x)> predictors;
         const float* values;
-        int take;
+        int fold;
     };
     void add(const std::vector<Frame>& batch);
 
@@ -38,8 +38,8 @@ public:
     /// RMS of independent noise that raises the mean distance which the fit itself leaves by `share`, each texel's errors taken as normal.
     double noise_for(double share, int terms, const std::vector<int>& degrees, const Ridge& ridge) const;
 
-    /// Mean weighted squared error over texels, values and frames when each take in turn is left out of the fit; with one take only, of
-    /// the fit itself.
+    /// Distance that is left when each fold in turn is left out of the fit, mean over texels of the RMS over values and frames as
+    /// weighted; with one fold only, of the fit itself.
     double left_out_error(int terms, const std::vector<int>& degrees, const Ridge& ridge) const;
     /// Coefficients [value][term][texel].
     std::vector<float> solve(int terms, const std::vector<int>& degrees, const Ridge& ridge) const;
@@ -49,14 +49,14 @@ private:
     std::vector<double> errors(int terms, const std::vector<int>& degrees, const Ridge& ridge) const;
     std::span<const double> sums(std::size_t texel) const { return {sums_.data() + texel * equations_.size(), equations_.size()}; }
     double weight(std::size_t texel, const double* x, const double* y) const;
-    std::size_t sparse_at(int take, std::size_t k) const { return (std::size_t(take) * sparse_.size() + k) * equations_.size(); }
+    std::size_t sparse_at(int fold, std::size_t k) const { return (std::size_t(fold) * sparse_.size() + k) * equations_.size(); }
 
     NormalEquations equations_;
     std::size_t texels_;
-    int takes_;
+    int folds_;
     std::vector<double> sums_;                // [texel]
-    std::vector<std::uint32_t> sparse_;       // texels that are also kept by take, ascending
-    std::vector<double> by_take_;             // [take][sparse]
+    std::vector<std::uint32_t> sparse_;       // texels that are also kept by fold, ascending
+    std::vector<double> by_fold_;             // [fold][sparse]
     std::vector<float> planes_;               // that samples are weighed by; empty: all alike
     int terms_ = 0;
     double scale_ = 0;

@@ -18,9 +18,16 @@ using model::PolynomialOrder;
 
 constexpr int kGlobal = 5;
 constexpr int kFewest = 6;         // samples of a texel below which nothing is fitted there
+// Parts of a take that are left out in turn when strengths are chosen. What the medium layer makes of an expression that nobody showed may
+// be millimetres off, so whole takes are. For thin layers that is too careful, as nobody would leave an expression out of a training.
+constexpr int kMediumParts = 1, kFineParts = 5;
 constexpr float kAtRest = 0.1f;    // mm RMS of the markers' offsets
 constexpr std::uint32_t kSkin = 1u << int(Surface::skin);
 constexpr std::size_t kKept = 375'000'000;  // bytes for each value of a texel: all four of the fine maps take 1.5 GB
+// Of choosing axes: every so many texels of a map, and frames in all.
+constexpr std::uint32_t kEveryMedium = 5, kEveryFine = 17;
+constexpr std::int64_t kAxisFrames = 60;
+constexpr Ridge kSlopeRidge{0.01, 0.01, 0.01, true};
 constexpr double kLeastScale = 1e-9;  // mm or albedo: what is explained exactly leaves nothing to weigh by
 
 /// A way to explain a layer: the first `terms` predictors of a kind.
@@ -32,8 +39,10 @@ struct Way {
 
 /// A layer on its way: what it is to explain, and its problems by way.
 struct LayerProblem {
+    int parts;                    // of a take
+    std::vector<Way> ways;
     FrameValues values;
-    std::vector<LayerFit> fits;
+    std::vector<LayerFit> fits;   // by way
     double scale = 0;   // of reweighing
 
     void keep(const std::vector<std::uint32_t>& texels) {
@@ -63,6 +72,30 @@ void drop_unseen(model::DomainMap& domain, const std::vector<LayerProblem*>& lay
     domain = std::move(rest);
 }
 
+/// The marker triangle of every texel.
+std::vector<std::uint32_t> triangles_of(const model::DomainMap& domain) {
+    std::vector<std::uint32_t> triangle(domain.size());
+    for (const auto& run : domain.runs) std::fill(triangle.begin() + run.begin, triangle.begin() + run.end, run.triangle);
+    return triangle;
+}
+
+/// Texels 0, every, 2 every, ... of a domain.
+model::DomainMap thinned(const model::DomainMap& domain, std::uint32_t every) {
+    model::DomainMap few;
+    few.width = domain.width;
+    few.height = domain.height;
+    for (const model::DomainMap::Run& run : domain.runs) {
+        const auto begin = std::uint32_t(few.size());
+        for (std::uint32_t i = (run.begin + every - 1) / every * every; i < run.end; i += every) {
+            few.place.push_back(domain.place[i]);
+            few.b1.push_back(domain.b1[i]);
+            few.b2.push_back(domain.b2[i]);
+        }
+        if (few.size() > begin) few.runs.push_back({run.triangle, begin, std::uint32_t(few.size())});
+    }
+    return few;
+}
+
 class Trainer {
 public:
     Trainer(const Clip& clip, const TrainingOptions& options) : clip_(clip), options_(options) {}
@@ -76,18 +109,20 @@ public:
         model.fine_domain = model::detail_domain(model, scans.fine_size(), scans.fine_size());
         if (model.medium_domain.size() == 0) return Error{ErrorCode::invalid, "no texel of the skin is near a marker"};
 
+        MIEN_CHECK(choose_axes());
+
         // The medium layer first, then the fine one on what it leaves.
         {
-            LayerProblem medium = problem(3, model.medium_domain.size());
+            LayerProblem medium = problem(3, model.medium_domain.size(), kMediumParts);
             MIEN_CHECK(solve({&medium}, model.medium_domain, options_.medium_rounds, [&] { return gather_medium(medium); }));
             if (model.medium_domain.size() == 0) return Error{ErrorCode::invalid, "the scans show no texel of the skin often enough"};
             trained_.medium_ridge = finish(medium, model.medium, trained_.medium);
         }
         const auto where = domain_texels(model.fine_domain, make_texel_map(model.neutral, model.fine_domain.width, model.fine_domain.height, kSkin));
         trained_.high_pass_sigma = options_.high_pass_mm / texel_span(model.neutral, model.fine_domain, where);
-        LayerProblem fine = problem(1, model.fine_domain.size());
+        LayerProblem fine = problem(1, model.fine_domain.size(), kFineParts);
         std::optional<LayerProblem> albedo;
-        if (scans.has_albedo()) albedo = problem(3, model.fine_domain.size());
+        if (scans.has_albedo()) albedo = problem(3, model.fine_domain.size(), kFineParts);
         std::vector<LayerProblem*> both{&fine};
         if (albedo) both.push_back(&*albedo);
         MIEN_CHECK(solve(both, model.fine_domain, options_.rounds, [&] { return gather_fine(fine, albedo); }));
@@ -122,7 +157,7 @@ private:
         const Points rest = markers_at_rest(clip_, mesh.neutral);
         trained_.frames = clip_.markers->frames;
 
-        DeformationMoments moments(mesh);
+        moments_.emplace(mesh);
         const Eigen::Index M = mesh.neutral.rows();
         Eigen::MatrixXd offsets(3 * M, trained_.frames);
         trained_.deformation_scale.setZero();
@@ -131,7 +166,7 @@ private:
             if (!model::fill_missing_markers(mesh, markers)) markers = mesh.neutral;
             markers_.push_back(markers);
             const model::Deformations S = trained_.driver->meter().measure(markers);
-            moments.add(S);
+            moments_->add(S);
             trained_.deformation_scale += S.cast<double>().cwiseAbs2().colwise().mean().transpose() / double(trained_.frames);
             const Points offset = markers - mesh.neutral;
             offsets.col(f) = Eigen::Map<const Eigen::VectorXf>(offset.data(), 3 * M).cast<double>();
@@ -143,11 +178,9 @@ private:
             at_rest_[std::size_t(calmest)] = true;
         }
         trained_.deformation_scale = trained_.deformation_scale.cwiseSqrt().cwiseMax(1e-9);
-        trained_.axis_energy = axis_energy(moments);
-        model.axes = deformation_axes(moments, options_.axes);
+        trained_.axis_energy = axis_energy(*moments_);
+        model.axes = deformation_axes(*moments_, options_.axes);   // until the layers have told theirs
         model.reach = float(options_.reach_mm);
-        for (const Points& markers : markers_)
-            model::add_term_moments(trained_.moments, model.axes, trained_.driver->meter().measure(markers), 1 / double(trained_.frames));
         // Principal components about neutral by the Gram matrix, scaled to scores of unit RMS.
         const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> gram(offsets.transpose() * offsets);
         trained_.global_components = Eigen::MatrixXd::Zero(3 * M, kGlobal);
@@ -168,74 +201,148 @@ private:
     }
     /// The way that the model goes.
     std::size_t own_way() const { return options_.rivals ? std::size_t(options_.order) - std::size_t(PolynomialOrder::linear) : 0; }
-    LayerProblem problem(int values, std::size_t texels) const {
-        LayerProblem layer{FrameValues(trained_.frames, values, texels, lanes(), kKept * std::size_t(values)), {}};
-        for (const Way& way : ways()) layer.fits.emplace_back(way.terms, values, texels, takes());
+    LayerProblem problem(int values, std::size_t texels, int parts) const { return problem(values, texels, parts, ways(), kKept * std::size_t(values)); }
+    LayerProblem problem(int values, std::size_t texels, int parts, std::vector<Way> ways, std::size_t kept) const {
+        LayerProblem layer{parts, std::move(ways), FrameValues(trained_.frames, values, texels, lanes(), kept), {}};
+        for (const Way& way : layer.ways) layer.fits.emplace_back(way.terms, values, texels, parts * takes());
         return layer;
     }
     int takes() const { return std::max(1, int(clip_.takes.size())); }
-    int take_of(std::int64_t frame) const {
+    /// Neighbouring frames of a take are left out together: they are too alike to tell of the unseen.
+    int fold_of(std::int64_t frame, int parts) const {
         int take = 0;
-        while (take + 1 < int(clip_.takes.size()) && clip_.takes[std::size_t(take) + 1].first <= frame) ++take;
-        return take;
+        while (take + 1 < takes() && clip_.takes[std::size_t(take) + 1].first <= frame) ++take;
+        const std::int64_t first = take == 0 ? 0 : clip_.takes[std::size_t(take)].first;
+        const std::int64_t end = take + 1 < takes() ? clip_.takes[std::size_t(take) + 1].first : trained_.frames;
+        return parts * take + int(parts * (frame - first) / (end - first));
     }
 
     static std::int64_t lanes() { return 2 * std::int64_t(thread_count()); }
 
-    /// Adds all frames to the problems of some layers. What is not kept is read, a few frames at a time: measure(frame, lane, scan) writes
-    /// their values, in parallel.
+    /// A layer and where its texels are.
+    struct Placed {
+        LayerProblem* layer;
+        const model::DomainMap* domain;
+    };
+    /// Adds all frames, or every so many, to the problems of some layers. What is not kept is read, a few frames at a time:
+    /// measure(frame, lane, scan) writes their values, in parallel.
     template <typename Measure>
-    Result<void> gather(const char* what, ScanParts parts, const std::vector<LayerProblem*>& layers, const model::DomainMap& domain, const Measure& measure) {
-        const std::int64_t frames = trained_.frames;
+    Result<void> gather(const char* what, ScanParts parts, const std::vector<Placed>& layers, const Measure& measure, std::int64_t every = 1) {
+        const std::int64_t frames = (trained_.frames + every - 1) / every;
         for (std::int64_t first = 0; first < frames; first += lanes()) {
             const std::int64_t count = std::min(lanes(), frames - first);
             std::vector<std::optional<Error>> errors(static_cast<std::size_t>(count));
             drives_.clear();
             drives_.resize(std::size_t(count));
             parallel_for(count, [&](std::int64_t i) {
-                drives_[std::size_t(i)] = std::make_unique<FramePredictors>(trained_, markers_[std::size_t(first + i)]);
-                if (std::all_of(layers.begin(), layers.end(), [&](const LayerProblem* layer) { return layer->values.kept(first + i); })) return;
-                auto scan = clip_.scans->read(first + i, parts);
+                const std::int64_t frame = (first + i) * every;
+                drives_[std::size_t(i)] = std::make_unique<FramePredictors>(trained_, markers_[std::size_t(frame)]);
+                if (std::all_of(layers.begin(), layers.end(), [&](const Placed& placed) { return placed.layer->values.kept(frame); })) return;
+                auto scan = clip_.scans->read(frame, parts);
                 if (scan.ok())
-                    measure(first + i, i, *scan);
+                    measure(frame, i, *scan);
                 else
                     errors[std::size_t(i)] = scan.error();
             });
             for (const auto& error : errors)
                 if (error) return *error;
-            for (LayerProblem* layer : layers) add(*layer, domain, first, count);
+            for (const Placed& placed : layers) add(*placed.layer, *placed.domain, first, count, every);
             if (options_.progress) options_.progress(what, first + count, frames);
         }
         return {};
     }
 
     /// Adds a batch of frames to the problems of a layer.
-    void add(LayerProblem& layer, const model::DomainMap& domain, std::int64_t first, std::int64_t count) {
-        std::vector<std::uint32_t> triangle(domain.size());
-        for (const auto& run : domain.runs) std::fill(triangle.begin() + run.begin, triangle.begin() + run.end, run.triangle);
-        const std::vector<Way> all = ways();
-        for (std::size_t k = 0; k < all.size(); ++k) {
-            const Way way = all[k];
+    void add(LayerProblem& layer, const model::DomainMap& domain, std::int64_t first, std::int64_t count, std::int64_t every) {
+        const std::vector<std::uint32_t> triangle = triangles_of(domain);
+        for (std::size_t k = 0; k < layer.ways.size(); ++k) {
+            const Way way = layer.ways[k];
             std::vector<LayerFit::Frame> batch;
             for (std::int64_t i = 0; i < count; ++i) {
-                if (way.kind == Predictors::neutral && !at_rest_[std::size_t(first + i)]) continue;
+                const std::int64_t at = (first + i) * every;
+                if (way.kind == Predictors::neutral && !at_rest_[std::size_t(at)]) continue;
                 const FramePredictors& drive = *drives_[std::size_t(i)];
                 batch.push_back({[&, way](std::uint32_t texel, double* x) {
-                                     double every[model::kMaxTerms];
-                                     drive.at(way.kind, domain, triangle[texel], texel, every);
-                                     std::copy_n(every, way.terms, x);
+                                     double all[model::kMaxTerms];
+                                     drive.at(way.kind, domain, triangle[texel], texel, all);
+                                     std::copy_n(all, way.terms, x);
                                  },
-                                 layer.values.read(first + i, i), take_of(first + i)});
+                                 layer.values.read(at, i), fold_of(at, layer.parts)});
             }
             layer.fits[k].add(batch);
         }
+    }
+
+    /// Which plane of S a marker's d1 and d2 lie in, as the layers around it tell: all three are fitted as linear in all of S, at few
+    /// texels of few frames, and weigh alike. Their fine layer lies over the bare base.
+    Result<void> choose_axes() {
+        model::DetailModel& model = trained_.model;
+        if (options_.axes.choice == AxisChoice::telling) {
+            const model::DomainMap medium_domain = thinned(model.medium_domain, kEveryMedium), fine_domain = thinned(model.fine_domain, kEveryFine);
+            const auto where = [&](const model::DomainMap& domain) { return domain_texels(domain, make_texel_map(model.neutral, domain.width, domain.height, kSkin)); };
+            const auto medium_where = where(medium_domain);
+            const double sigma = options_.high_pass_mm / texel_span(model.neutral, model.fine_domain, where(model.fine_domain));
+            model.medium = model::PolynomialMap(3, options_.order, model.medium_domain.size());
+            const FineTarget target(model, sigma, options_.fine_over);
+            const std::vector<float> bare(3 * model.medium_domain.size());
+
+            const std::vector<Way> all_of_S{{Predictors::deformation, predictor_count(Predictors::deformation)}};
+            LayerProblem medium = problem(3, medium_domain.size(), 1, all_of_S, 0), fine = problem(1, fine_domain.size(), 1, all_of_S, 0),
+                         albedo = problem(3, fine_domain.size(), 1, all_of_S, 0);
+            std::vector<Placed> layers{{&medium, &medium_domain}, {&fine, &fine_domain}};
+            if (clip_.scans->has_albedo()) layers.push_back({&albedo, &fine_domain});
+            const auto measure = [&](std::int64_t frame, std::int64_t lane, const Scan& scan) {
+                const Points& base = drives_[std::size_t(lane)]->frame().base;
+                medium_target(scan.medium, model.neutral, medium_domain, medium_where, base, medium.values.write(frame, lane));
+                std::vector<float> heights(model.fine_domain.size());
+                target.compute(scan, base, bare.data(), heights.data());
+                float* to = fine.values.write(frame, lane);
+                for (std::size_t i = 0; i < fine_domain.size(); ++i) to[i] = heights[i * kEveryFine];
+                if (scan.albedo.values.empty()) return;
+                float* colours = albedo.values.write(frame, lane);
+                for (std::size_t c = 0; c < 3; ++c)
+                    for (std::size_t i = 0; i < fine_domain.size(); ++i)
+                        colours[c * fine_domain.size() + i] = scan.albedo.values[3 * std::size_t(fine_domain.place[i]) + c];
+            };
+            MIEN_CHECK(gather("choosing axes", {true, true, clip_.scans->has_albedo()}, layers, measure, (trained_.frames + kAxisFrames - 1) / kAxisFrames));
+            std::vector<Moment> slopes(model.sites.size(), Moment::Zero());
+            for (const Placed& placed : layers) add_slopes(*placed.layer, *placed.domain, slopes);
+            model.axes = deformation_axes(*moments_, options_.axes, slopes);
+            model.medium = {};
+        }
+        for (const Points& markers : markers_)
+            model::add_term_moments(trained_.moments, model.axes, trained_.driver->meter().measure(markers), 1 / double(trained_.frames));
+        return {};
+    }
+
+    /// b b' of a layer's slopes to the markers whose triangle a texel lies in, so that all of a layer is one.
+    void add_slopes(const LayerProblem& layer, const model::DomainMap& domain, std::vector<Moment>& slopes) const {
+        const LayerFit& fit = layer.fits.front();
+        const int terms = layer.ways.front().terms;
+        const std::vector<float> planes = fit.solve(terms, layer.ways.front().degrees(), kSlopeRidge);
+        const std::vector<std::uint32_t> triangle = triangles_of(domain);
+        std::vector<Moment> own(slopes.size(), Moment::Zero());
+        double all = 0;
+        for (std::size_t i = 0; i < domain.size(); ++i) {
+            if (fit.count(i) < 2 * terms) continue;
+            const double shares[3] = {1.0 - double(domain.b1[i]) - double(domain.b2[i]), double(domain.b1[i]), double(domain.b2[i])};
+            for (int v = 0; v < fit.values(); ++v) {
+                Eigen::Matrix<double, model::kDeformationSize, 1> scaled;   // change with S in units of its RMS
+                for (int k = 0; k < model::kDeformationSize; ++k) scaled[k] = double(planes[std::size_t(v * terms + 1 + k) * domain.size() + i]);
+                const Eigen::Matrix<double, model::kDeformationSize, 1> slope = scaled.cwiseQuotient(trained_.deformation_scale);
+                for (std::size_t k = 0; k < 3; ++k) own[trained_.model.marker_triangles[triangle[i]][k]] += std::max(0.0, shares[k]) * slope * slope.transpose();
+                all += scaled.squaredNorm();
+            }
+        }
+        if (!(all > 0)) return;
+        for (std::size_t m = 0; m < slopes.size(); ++m) slopes[m] += own[m] / all;
     }
 
     Result<void> gather_medium(LayerProblem& medium) {
         const model::DetailModel& model = trained_.model;
         const model::DomainMap& domain = model.medium_domain;
         const auto where = domain_texels(domain, make_texel_map(model.neutral, domain.width, domain.height, kSkin));
-        return gather("fitting the medium layer", {true, false, false}, {&medium}, domain, [&](std::int64_t frame, std::int64_t lane, const Scan& scan) {
+        return gather("fitting the medium layer", {true, false, false}, {{&medium, &domain}}, [&](std::int64_t frame, std::int64_t lane, const Scan& scan) {
             medium_target(scan.medium, model.neutral, domain, where, drives_[std::size_t(lane)]->frame().base, medium.values.write(frame, lane));
         });
     }
@@ -245,9 +352,9 @@ private:
         const model::DomainMap& domain = model.fine_domain;
         const FineTarget target(model, trained_.high_pass_sigma, options_.fine_over);
         trained_.fine_over = options_.fine_over;
-        std::vector<LayerProblem*> layers{&fine};
-        if (albedo) layers.push_back(&*albedo);
-        return gather("fitting the fine layer", {options_.fine_over == FineOver::scan, true, albedo.has_value()}, layers, domain,
+        std::vector<Placed> layers{{&fine, &domain}};
+        if (albedo) layers.push_back({&*albedo, &domain});
+        return gather("fitting the fine layer", {options_.fine_over == FineOver::scan, true, albedo.has_value()}, layers,
             [&](std::int64_t at, std::int64_t lane, const Scan& scan) {
                 if (!fine.values.kept(at)) {
                     const model::DrivenFrame& frame = drives_[std::size_t(lane)]->frame();
@@ -275,7 +382,7 @@ private:
     }
 
     void reweigh(LayerProblem& layer) const {
-        const std::vector<Way> all = ways();
+        const std::vector<Way>& all = layer.ways;
         if (layer.scale == 0) {
             const Way& own = all[own_way()];
             const LayerFit& fit = layer.fits[own_way()];
@@ -293,7 +400,7 @@ private:
     /// Strengths, the map of the asked order, and for a report all others.
     Ridge finish(const LayerProblem& layer, model::PolynomialMap& map, std::vector<FittedMap>& fitted) const {
         if (options_.progress) options_.progress("choosing strengths", 0, 0);
-        const std::vector<Way> all = ways();
+        const std::vector<Way>& all = layer.ways;
         Ridge chosen;
         for (std::size_t k = 0; k < all.size(); ++k) {
             const LayerFit& fit = layer.fits[k];
@@ -312,6 +419,7 @@ private:
     const Clip& clip_;
     const TrainingOptions& options_;
     TrainedModel trained_;
+    std::optional<DeformationMoments> moments_;
     std::vector<Points> markers_;
     std::vector<bool> at_rest_;
     std::vector<std::unique_ptr<const FramePredictors>> drives_;  // of the batch

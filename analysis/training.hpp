@@ -30,8 +30,8 @@ enum class FineOver {
 
 struct TrainingOptions {
     AxisOptions axes;
-    /// Strengths; unset: chosen by leaving out one take after another (the paper's way: axes.smoothing = paper and a small Ridge with
-    /// orthogonal = false).
+    /// Strengths; unset: chosen by leaving out one part of a take after another (the paper's way: axes.smoothing = paper,
+    /// axes.choice = principal and a small Ridge with orthogonal = false).
     std::optional<Ridge> ridge;
     model::PolynomialOrder order = model::PolynomialOrder::biquadratic;
     /// What to train on instead of the clip's neutral mesh: the same on the grid that the model's decoders have it on, so that the maps mend

@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Request {
-    std::string clip, output, order = "biquadratic", report;
+    std::string clip, output, order = "biquadratic", axes = "telling", report;
     std::vector<std::string> on;
     std::vector<double> ridge, coding_errors;
     double reach = 30, high_pass = 4, most_kilobytes = 0;
@@ -35,12 +35,14 @@ struct Request {
 analysis::TrainingOptions training_options(const Request& request, const Clip& clip) {
     analysis::TrainingOptions options;
     options.order = request.order == "linear" ? model::PolynomialOrder::linear : request.order == "bicubic" ? model::PolynomialOrder::bicubic : model::PolynomialOrder::biquadratic;
+    options.axes.choice = request.axes == "telling" ? analysis::AxisChoice::telling : analysis::AxisChoice::principal;
     if (clip.vertices) options.fixed = clip.rigid;
     options.reach_mm = request.reach;
     options.high_pass_mm = request.high_pass;
     options.rivals = !request.report.empty();
     if (request.paper) {
         options.axes.smoothing = analysis::AxisSmoothing::paper;
+        options.axes.choice = analysis::AxisChoice::principal;
         options.fine_over = analysis::FineOver::model;
         options.ridge = analysis::Ridge{1e-6, 1e-6, 1e-6, false};
         options.medium_rounds = options.rounds = 0;
@@ -162,7 +164,9 @@ void add_train(CLI::App& mien, int& code) {
     command->add_option("-o,--output", request->output, "Model file to write, usually ACTOR.model")->required();
     command->add_flag("-y,--overwrite", request->overwrite, "Overwrite the output file");
     command->add_option("--order", request->order, "Polynomials: linear, biquadratic or bicubic")->check(CLI::IsMember({"linear", "biquadratic", "bicubic"}))->capture_default_str();
-    command->add_option("--ridge", request->ridge, "Strengths for linear, quadratic and cubic terms, per frame (default: found by leaving out takes)")
+    command->add_option("--axes", request->axes, "Along which two axes deformation counts at a marker: principal (those it moves along most) or telling (those that the layers around it follow best)")
+        ->check(CLI::IsMember({"principal", "telling"}))->capture_default_str();
+    command->add_option("--ridge", request->ridge, "Strengths for linear, quadratic and cubic terms, per frame (default: found by leaving out parts of takes)")
         ->delimiter(',')->expected(1, 3)->check(not_negative());
     command->add_flag("--paper", request->paper, "Every step as Ma et al. 2008 have it");
     command->add_option("--reach", request->reach, "Skin farther from every marker than this has no detail, mm")->check(above_zero())->capture_default_str();

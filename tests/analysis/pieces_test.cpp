@@ -90,7 +90,7 @@ TEST(LayerFit, WeighedAnewItFollowsWhatMostFramesSay) {
     LayerFit fit(2, 1, 1, 1);
     fit.add(frames);
     const double typical = fit.typical_error(2, degrees, {});
-    EXPECT_NEAR(typical, std::sqrt(fit.left_out_error(2, degrees, {})), 1e-12) << "one texel is its own median; one take is left in";
+    EXPECT_NEAR(typical, fit.left_out_error(2, degrees, {}), 1e-12) << "one texel is its own median; one fold is left in";
     std::vector<float> planes = fit.solve(2, degrees, {});
     EXPECT_GT(planes[0], 0.65f) << "least squares gives a share to all frames";
     for (int round = 0; round < 8; ++round) {
@@ -116,6 +116,7 @@ TEST(LayerFit, SaysWhatNoiseRaisesItsMeanErrorByAShare) {
     EXPECT_NEAR(std::hypot(0.1, noise) + std::hypot(1, noise), 1.1 * (0.1 + 1), 2e-3) << "errors are the sizes, but for what the line takes of them";
     EXPECT_GT(fit.noise_for(0.2, 2, degrees, {}), 1.3 * noise);
     EXPECT_NEAR(fit.noise_for(0, 2, degrees, {}), 0, 1e-6);
+    EXPECT_NEAR(fit.left_out_error(2, degrees, {}), 0.55, 0.002) << "the mean of distances, not of squares";
 }
 
 TEST(FrameValues, KeepsTheFirstFramesAsFarAsTheyFitAndDropsTexels) {
@@ -173,6 +174,41 @@ TEST(DeformationAxes, AlignedFramesRunAlikeHaveUnitPowerAndKeepTheirPlanes) {
         }
     }
     EXPECT_GT(alike / pairs, 0.8) << "mean correlation of neighbouring markers' d1";
+}
+
+TEST(DeformationAxes, TellingOnesLieInThePlaneOfTheSlopesAndAreWhite) {
+    const Clip clip = sheet_clip(1);
+    const auto triangles = triangulate_over_texture(*clip.neutral, clip.marker_sites);
+    const model::DeformationMeter meter(model::make_marker_mesh(*clip.neutral, clip.marker_sites, triangles));
+    DeformationMoments moments(meter.mesh());
+    // Offsets move five times as far as strains, each by itself.
+    const auto M = Eigen::Index(moments.markers());
+    for (int f = 0; f < 400; ++f) {
+        model::Deformations S(M, model::kDeformationSize);
+        for (Eigen::Index m = 0; m < M; ++m)
+            for (int k = 0; k < model::kDeformationSize; ++k) S(m, k) = (k < 3 ? 3.0f : 0.6f) * std::sin(float(1 + k) * 0.31f * float(f) + 0.1f * float(m));
+        moments.add(S);
+    }
+    std::vector<Moment> slopes(moments.markers(), Moment::Zero());
+    for (Moment& slope : slopes) slope(3, 3) = slope(4, 4) = 1;
+    slopes[7].setZero();   // its neighbours tell
+    const auto planes = [&](const model::DomainAxes& axes, Eigen::Index m) {
+        Eigen::Matrix<double, model::kDeformationSize, 2> W;
+        W << axes.q.row(m).transpose().cast<double>(), axes.r.row(m).transpose().cast<double>();
+        return W;
+    };
+    const model::DomainAxes telling = deformation_axes(moments, {}, slopes), untold = deformation_axes(moments, {}, std::vector<Moment>(moments.markers(), Moment::Zero())),
+                            principal = deformation_axes(moments, {.choice = AxisChoice::principal}, slopes), none = deformation_axes(moments);
+    EXPECT_EQ(untold.q, none.q) << "nothing told: the principal axes";
+    EXPECT_EQ(principal.q, none.q);
+    for (Eigen::Index m = 0; m < M; ++m) {
+        const auto W = planes(telling, m), P = planes(none, m);
+        const Eigen::Matrix2d power = W.transpose() * moments.at(std::size_t(m)) * W;
+        EXPECT_LT((power - Eigen::Matrix2d::Identity()).norm(), 0.05);
+        // Parts of d1 and d2 in units of what they move.
+        EXPECT_LT(3.0 * W.topRows<3>().norm(), 0.05 * 0.6 * W.bottomRows<2>().norm());
+        EXPECT_LT(0.6 * P.bottomRows<2>().norm(), 0.05 * 3.0 * P.topRows<3>().norm());
+    }
 }
 
 TEST(TextureTriangulation, CoversASheetAndIsCutAtASlit) {

@@ -61,6 +61,7 @@ TEST(Training, RecoversAKnownPolynomialDisplacementMapWithoutRidge) {
     const Known known = known_model(clip);
     clip.scans = std::make_shared<ModelScans>(clip, known.model, known.driver);
     TrainingOptions options;
+    options.axes.choice = AxisChoice::principal;   // as known_model() has them
     options.ridge = Ridge{};
     const auto trained = train(clip, options);
     ASSERT_TRUE(trained.ok()) << trained.error().message;
@@ -73,12 +74,50 @@ TEST(Training, RecoversAKnownPolynomialDisplacementMapWithoutRidge) {
     EXPECT_LT(coefficients, 1e-3) << "where d1 and d2 vary enough, the coefficients themselves come back";
 }
 
+TEST(Training, TellingAxesFindWhatALayerFollows) {
+    // All markers travel together by some mm, and the sheet stretches a little by itself; the layers follow its strains.
+    Clip clip = sheet_clip(60);
+    for (std::int64_t f = 1; f < 60; ++f) {
+        const auto wave = [&](float frequency) { return std::sin(frequency * float(f)); };
+        for (std::size_t m = 0; m < clip.marker_sites.size(); ++m) {
+            const Vec3 p = clip.marker_sites[m].position(clip.neutral->positions);
+            const Vec3 stretch(0.02f * p.x() * wave(1.9f), 0.02f * p.y() * wave(2.6f), 0);
+            clip.markers->frame(f).row(Eigen::Index(m)) = (p + 3 * Vec3(wave(0.5f), wave(0.8f), wave(1.3f)) + stretch).transpose();
+        }
+    }
+    Known known = known_model(clip);
+    known.model.axes.q.setZero();
+    known.model.axes.r.setZero();
+    known.model.axes.q.col(3).setConstant(1.6f);   // about unit RMS
+    known.model.axes.r.col(4).setConstant(1.6f);
+    for (int c = 0; c < 3; ++c)   // both strains alike, and mostly linear, as skin is
+        for (int t = 0; t < 6; ++t)
+            for (std::size_t i = 0; i < known.model.medium.texels; ++i) {
+                const float wave = (t < 3 ? 1.0f : 0.2f) * std::sin((0.31f + 0.17f * float(t)) * float(i % 211) + float(c));
+                known.model.medium.plane(c, t)[i] = 1.5f * wave;
+                known.model.albedo.plane(c, t)[i] = 0.04f * wave;
+            }
+    clip.scans = std::make_shared<ModelScans>(clip, known.model, known.driver);
+    const auto difference = [&](AxisChoice choice) {
+        TrainingOptions options;
+        options.ridge = Ridge{};
+        options.axes.choice = choice;
+        const auto trained = train(clip, options);
+        EXPECT_TRUE(trained.ok());
+        return relative_difference(clip, known, *trained, known.model.medium, trained->model.medium);
+    };
+    const double principal = difference(AxisChoice::principal), telling = difference(AxisChoice::telling);
+    EXPECT_GT(principal, 0.3) << "they see the travel, which tells nothing";
+    EXPECT_LT(telling, 0.2 * principal);
+}
+
 TEST(Training, MissingMarkersAreFilledInAndUnseenTexelsLeftOut) {
     Clip clip = sheet_clip(60);
     for (std::int64_t f = 1; f < 60; ++f) clip.markers->frame(f).row((7 * f) % 36).setConstant(std::numeric_limits<float>::quiet_NaN());
     const Known known = known_model(clip);
     clip.scans = std::make_shared<ModelScans>(clip, known.model, known.driver, 4);
     TrainingOptions options;
+    options.axes.choice = AxisChoice::principal;
     options.ridge = Ridge{};
     const auto trained = train(clip, options);
     ASSERT_TRUE(trained.ok()) << trained.error().message;
@@ -127,6 +166,7 @@ TEST(Training, OnTheMeshOfItsDecodersTheMapsMendWhatTheGridMoves) {
     Mesh coarse = *clip.neutral;
     coarse.positions = (2 * coarse.positions.array()).round().matrix() / 2;
     TrainingOptions options;
+    options.axes.choice = AxisChoice::principal;
     options.ridge = Ridge{};
     options.neutral = coarse;
     const auto trained = train(clip, options);
