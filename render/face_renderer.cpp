@@ -194,10 +194,9 @@ void FaceRenderer::State::draw_face(const Camera& camera, const Look& look, cons
     Eigen::Matrix4f light_projection = Eigen::Matrix4f::Identity();
     const Vec3 centre = shape.pose().apply(box.center());
     if (shadowed) {
-        const int side = ShadowMap::side_for(target.height());
-        if (!shadow || shadow->side() != side) shadow.emplace(side);
+        if (!shadow) shadow.emplace();
         light_projection = ShadowMap::projection(look.lighting.lights[0].towards, centre, box.diagonal().norm() * 0.55f);
-        shadow->draw(casters, index_count, solid_count, light_projection);
+        shadow->draw(casters, index_count, solid_count, light_projection, target.height());
         target.bind();
     }
     const Eigen::Matrix4f view_projection =

@@ -4,12 +4,15 @@
 
 namespace mien::render {
 
-ShadowMap::ShadowMap(int side)
-    : side_(side), depth_(gl::make_texture(GL_TEXTURE_2D)),
-      framebuffer_(gl::make_framebuffer()),
-      program_(gl::make_program(embedded::shaders_shadow_vert, embedded::shaders_shadow_frag)) {
+ShadowMap::ShadowMap() : framebuffer_(gl::make_framebuffer()), program_(gl::make_program(embedded::shaders_shadow_vert, embedded::shaders_shadow_frag)) {
+    glNamedFramebufferDrawBuffer(framebuffer_.id(), GL_NONE);
+}
+
+void ShadowMap::allocate(int side) {
+    side_ = side;
+    depth_ = gl::make_texture(GL_TEXTURE_2D);
     const GLuint id = depth_.id();
-    glTextureStorage2D(id, 1, GL_DEPTH_COMPONENT16, side_, side_);   // steps of some hundredths of a millimetre
+    glTextureStorage2D(id, 1, GL_DEPTH_COMPONENT16, side, side);   // steps of some hundredths of a millimetre
     glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
     glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
     glTextureParameteri(id, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
@@ -17,7 +20,6 @@ ShadowMap::ShadowMap(int side)
     glTextureParameteri(id, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
     glTextureParameteri(id, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
     glNamedFramebufferTexture(framebuffer_.id(), GL_DEPTH_ATTACHMENT, id, 0);
-    glNamedFramebufferDrawBuffer(framebuffer_.id(), GL_NONE);
 }
 
 Eigen::Matrix4f ShadowMap::projection(const Vec3& towards_light, const Vec3& centre, float radius) {
@@ -31,7 +33,9 @@ Eigen::Matrix4f ShadowMap::projection(const Vec3& towards_light, const Vec3& cen
     return m;
 }
 
-void ShadowMap::draw(const gl::VertexArray& casters, GLsizei index_count, GLsizei solid, const Eigen::Matrix4f& projection) {
+void ShadowMap::draw(const gl::VertexArray& casters, GLsizei index_count, GLsizei solid, const Eigen::Matrix4f& projection, int lines) {
+    // Fine enough for the shadow of a nose; face.frag softens it over some texels.
+    if (const int side = lines < 640 ? 512 : 1024; side != side_) allocate(side);
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.id());
     glViewport(0, 0, side_, side_);
     glClear(GL_DEPTH_BUFFER_BIT);
