@@ -273,7 +273,7 @@ private:
         }
     }
 
-    /// Which plane of S a marker's d1 and d2 lie in, as the layers around it tell: all three are fitted as linear in all of S, at few
+    /// Which plane of S a marker's d1 and d2 lie in and how far they go there. The layers around it tell the plane: all three are fitted as linear in all of S, at few
     /// texels of few frames, and weigh alike. Their fine layer lies over the bare base.
     Result<void> choose_axes() {
         model::DetailModel& model = trained_.model;
@@ -310,8 +310,13 @@ private:
             model.axes = deformation_axes(*moments_, options_.axes, slopes);
             model.medium = {};
         }
-        for (const Points& markers : markers_)
-            model::add_term_moments(trained_.moments, model.axes, trained_.driver->meter().measure(markers), 1 / double(trained_.frames));
+        Eigen::VectorXf longest;
+        for (const Points& markers : markers_) {
+            const model::Deformations S = trained_.driver->meter().measure(markers);
+            model::add_term_moments(trained_.moments, model.axes, S, 1 / double(trained_.frames));
+            model::add_extents(longest, model.axes, S);
+        }
+        if (options_.bounded) model.axes.extents = longest;
         return {};
     }
 

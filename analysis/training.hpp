@@ -41,6 +41,7 @@ struct TrainingOptions {
     /// Rounds of weighing samples anew after least squares (0: the paper's way), of the medium layer and of fine layer and albedo. What
     /// happens seldom and bends past a threshold, a wrinkle, then no longer leaves its shadow on a face at rest.
     int medium_rounds = 1, rounds = 4;
+    bool bounded = true;          ///< (d1, d2) never longer than in training (the paper's way: false)
     bool rivals = false;          ///< also fit all orders and rivals, for a report
     double reach_mm = 30;         ///< texels farther from every marker, along the skin, are left out
     FineOver fine_over = FineOver::scan;

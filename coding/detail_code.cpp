@@ -20,6 +20,7 @@ constexpr std::int32_t kMaxFactor = 1 << 20;
 constexpr int kLimit = 255;
 constexpr int kLevels = 12;
 constexpr float kMaxReach = 1000;
+constexpr int kHasExtents = 128;
 
 Error damaged(const char* what) { return {ErrorCode::damaged, std::string("the ") + what + " blob does not decode"}; }
 
@@ -50,6 +51,24 @@ void code_axes(Coder& coder, std::vector<std::array<float, MarkerDomain::kAxes>>
             last = value;
             row[std::size_t(k)] = std::ldexp(float(value), exponent - kMantissa);
         }
+    }
+}
+
+template <class Coder>
+void code_extents(Coder& coder, std::vector<float>& extents) {
+    IntegerModel model(std::array<int, 1>{1}, 1, 1, kLimit);
+    constexpr auto kMost = std::int32_t(kMaxExtent / kExtentStep);
+    std::int32_t before = 0;
+    for (float& extent : extents) {
+        std::int32_t value = 0;
+        if (!Coder::kDecodes) value = std::int32_t(std::clamp(std::ceil(extent / kExtentStep), 1.0f, float(kMost)));
+        std::int32_t difference = value - before;
+        model.code(coder, difference, {});
+        if (std::abs(difference) > kMost) return coder.fail();
+        value = before + difference;
+        if (value < 1 || value > kMost) return coder.fail();
+        extent = float(value) * kExtentStep;
+        before = value;
     }
 }
 
@@ -207,11 +226,14 @@ Bytes encode_marker_domain(const MarkerDomain& domain) {
     const Bytes triangles = encode_connectivity(M, domain.triangles);
     out.varint(triangles.size());
     out.bytes(triangles);
-    out.u8(std::uint8_t(domain.terms));
+    assert(domain.extents.empty() || domain.extents.size() == M);
+    out.u8(std::uint8_t(domain.terms | (domain.extents.empty() ? 0 : kHasExtents)));
     RangeEncoder coder;
     auto axes = domain.axes;
+    auto extents = domain.extents;
     auto factors = domain.factors;
     code_axes(coder, axes);
+    code_extents(coder, extents);
     code_factors(coder, domain.terms, factors);
     out.bytes(coder.finish());
     return out.take();
@@ -222,7 +244,8 @@ Result<MarkerDomain> decode_marker_domain(ByteView bytes, std::uint32_t M) {
     MarkerDomain domain;
     domain.reach = in.f32();
     const ByteView triangles = in.bytes(in.varint());
-    domain.terms = in.u8();
+    const int terms = in.u8();
+    domain.terms = terms & ~kHasExtents;
     if (!in.ok() || !(domain.reach > 0 && domain.reach <= kMaxReach) || domain.terms < 1 || domain.terms > MarkerDomain::kMaxTerms) return damaged("marker domain");
     MIEN_TRY(mesh, decode_connectivity(triangles));
     if (mesh.V != M) return damaged("marker domain");
@@ -230,9 +253,11 @@ Result<MarkerDomain> decode_marker_domain(ByteView bytes, std::uint32_t M) {
     for (const Triangle& t : domain.triangles)
         if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return damaged("marker domain");
     domain.axes.resize(M);
+    if (terms & kHasExtents) domain.extents.resize(M);
     domain.factors.resize(M * std::size_t(domain.terms * (domain.terms + 1) / 2));
     RangeDecoder coder(in.bytes(in.remaining()));
     code_axes(coder, domain.axes);
+    if (!coder.failed()) code_extents(coder, domain.extents);
     if (!coder.failed()) code_factors(coder, domain.terms, domain.factors);
     if (!coder.complete()) return damaged("marker domain");
     return domain;

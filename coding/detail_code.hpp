@@ -40,10 +40,12 @@ struct MarkerDomain {
     float reach = 0;                   ///< mm
     std::vector<Triangle> triangles;   ///< over the markers
     std::vector<std::array<float, kAxes>> axes;  ///< M; rounded to 2^-12 of the power of two above the largest of a marker
+    std::vector<float> extents;        ///< M, or none; more than 0, rounded up to kExtentStep
     int terms = 1;                     ///< of the factors
     std::vector<float> factors;        ///< M lower triangles by rows; rounded to kFactorStep, diagonals at least that
 };
 inline constexpr float kFactorStep = 1.0f / 64;
+inline constexpr float kExtentStep = 1.0f / 16, kMaxExtent = 4096;
 Bytes encode_marker_domain(const MarkerDomain& domain);
 /// M: markers of the shell.
 Result<MarkerDomain> decode_marker_domain(ByteView bytes, std::uint32_t M);

@@ -128,6 +128,7 @@ private:
                 model_.axes.q(m, k) = markers.axes[std::size_t(m)][std::size_t(k)];
                 model_.axes.r(m, k) = markers.axes[std::size_t(m)][std::size_t(k + model::kDeformationSize)];
             }
+        model_.axes.extents = Eigen::Map<const Eigen::VectorXf>(markers.extents.data(), Eigen::Index(markers.extents.size()));
         model_.marker_triangles = std::move(markers.triangles);
         factors_ = {markers.terms, std::move(markers.factors)};
         return {};

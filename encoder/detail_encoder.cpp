@@ -115,6 +115,7 @@ private:
                 row[std::size_t(k + model::kDeformationSize)] = model_.axes.r(m, k);
             }
         }
+        markers.extents.assign(model_.axes.extents.begin(), model_.axes.extents.end());
         const auto order = std::max({model_.medium.order, model_.fine.order, model_.albedo.order});
         const model::TermFactors factors = model::term_factors(moments_, order, kSpread);
         markers.terms = factors.terms;
@@ -130,6 +131,7 @@ private:
                 out_.model.axes.q(m, k) = stored.axes[std::size_t(m)][std::size_t(k)];
                 out_.model.axes.r(m, k) = stored.axes[std::size_t(m)][std::size_t(k + model::kDeformationSize)];
             }
+        out_.model.axes.extents = Eigen::Map<const Eigen::VectorXf>(stored.extents.data(), Eigen::Index(stored.extents.size()));
         factors_ = {stored.terms, std::move(stored.factors)};
         parts_.layer(LayerKind::marker_domain, {blob});
         return {};

@@ -37,6 +37,9 @@ Place nearest(const Vec2& p0, const Vec2& p1, const Vec2& p2, const Vec2& x) {
     return best;
 }
 
+/// Of (d1, d2) at a marker.
+float domain_length(const DomainAxes& axes, const Deformations& S, Eigen::Index m) { return std::hypot(S.row(m).dot(axes.q.row(m)), S.row(m).dot(axes.r.row(m))); }
+
 }  // namespace
 
 std::vector<Vec2> site_texcoords(const Mesh& neutral, const std::vector<Site>& sites) {
@@ -148,9 +151,19 @@ DomainMap make_domain_map(const Mesh& neutral, const TexelMap& texels, const std
     return map;
 }
 
-DomainParameters domain_parameters(const MarkerMesh& mesh, const DomainAxes& axes, const Deformations& S) {
-    assert(S.rows() == mesh.neutral.rows() && axes.q.rows() == S.rows() && axes.r.rows() == S.rows());
+void add_extents(Eigen::VectorXf& longest, const DomainAxes& axes, const Deformations& S) {
+    if (longest.size() == 0) longest = Eigen::VectorXf::Zero(S.rows());
+    for (Eigen::Index m = 0; m < S.rows(); ++m) longest[m] = std::max(longest[m], domain_length(axes, S, m));
+}
+
+DomainParameters domain_parameters(const MarkerMesh& mesh, const DomainAxes& axes, const Deformations& measured) {
+    assert(measured.rows() == mesh.neutral.rows() && axes.q.rows() == measured.rows() && axes.r.rows() == measured.rows());
+    assert(axes.extents.size() == 0 || axes.extents.size() == measured.rows());
     DomainParameters parameters;
+    // Squares and cubes of a marker that strays (a new extreme, a tracker's slip) would tear the skin; S itself shrinks, as it is what is interpolated.
+    Deformations S = measured;
+    for (Eigen::Index m = 0; m < axes.extents.size(); ++m)
+        if (const float length = domain_length(axes, S, m); length > axes.extents[m]) S.row(m) *= axes.extents[m] / length;
     const auto product = [&](const Triangle& t, const Deformations& axis) {
         // (s0 + b1 s1 + b2 s2) . (a0 + b1 a1 + b2 a2)
         using Row = Eigen::Matrix<float, 1, kDeformationSize>;

@@ -35,7 +35,8 @@ std::vector<Vec2> site_texcoords(const Mesh& neutral, const std::vector<Site>& s
 /// Axes Q, R of every marker: d1 = S . Q, d2 = S . R (Ma et al. 2008, equation 3). Scales that make d1 and d2 of unit RMS over
 /// the training frames are inside.
 struct DomainAxes {
-    Deformations q, r;  ///< M x 5 each
+    Deformations q, r;        ///< M x 5 each
+    Eigen::VectorXf extents;  ///< M, or none: how long (d1, d2) may be at a marker, what lies beyond being drawn back
 };
 
 /// d1 and d2 of one frame over the whole domain. On a marker triangle S, Q and R are linear in (b1, b2), so both are
@@ -50,5 +51,8 @@ struct DomainParameters {
     std::vector<Quadratic> d1, d2;  ///< one per marker triangle
 };
 DomainParameters domain_parameters(const MarkerMesh& mesh, const DomainAxes& axes, const Deformations& S);
+
+/// Longest (d1, d2) of every marker so far; `longest` is empty or M.
+void add_extents(Eigen::VectorXf& longest, const DomainAxes& axes, const Deformations& S);
 
 }  // namespace mien::model

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -21,9 +22,10 @@ struct Marker {
     std::array<float, 3> share, neutral, u, v;
     std::array<float, 2> spread;
     std::array<float, model::kDeformationSize> q, r;
+    float extent;
     std::uint32_t near_begin, near_end;
 };
-static_assert(sizeof(Marker) == 29 * 4);
+static_assert(sizeof(Marker) == 30 * 4);
 
 struct Moved {
     std::uint32_t vertex, begin, end;
@@ -78,6 +80,7 @@ void DetailShape::make_markers(const model::DetailLayers& layers) {
         marker.v = row(mesh.v, i);
         marker.spread = {layers.meter().neutral_spread(m).x(), layers.meter().neutral_spread(m).y()};
         for (int k = 0; k < model::kDeformationSize; ++k) marker.q[std::size_t(k)] = model.axes.q(i, k), marker.r[std::size_t(k)] = model.axes.r(i, k);
+        marker.extent = model.axes.extents.size() > 0 ? model.axes.extents[i] : std::numeric_limits<float>::max();
         marker.near_begin = std::uint32_t(near.size());
         const auto& neighbourhood = layers.meter().neighbourhood(m);
         near.insert(near.end(), neighbourhood.begin(), neighbourhood.end());

@@ -42,6 +42,7 @@ analysis::TrainingOptions training_options(const Request& request, const Clip& c
     options.rivals = !request.report.empty();
     if (request.paper) {
         options.axes.smoothing = analysis::AxisSmoothing::paper;
+        options.bounded = false;
         options.axes.choice = analysis::AxisChoice::principal;
         options.fine_over = analysis::FineOver::model;
         options.ridge = analysis::Ridge{1e-6, 1e-6, 1e-6, false};
@@ -164,11 +165,11 @@ void add_train(CLI::App& mien, int& code) {
     command->add_option("-o,--output", request->output, "Model file to write, usually ACTOR.model")->required();
     command->add_flag("-y,--overwrite", request->overwrite, "Overwrite the output file");
     command->add_option("--order", request->order, "Polynomials: linear, biquadratic or bicubic")->check(CLI::IsMember({"linear", "biquadratic", "bicubic"}))->capture_default_str();
-    command->add_option("--axes", request->axes, "Along which two axes deformation counts at a marker: principal (those it moves along most) or telling (those that the layers around it follow best)")
+    CLI::Option* axes = command->add_option("--axes", request->axes, "Along which two axes deformation counts at a marker: principal (those it moves along most) or telling (those that the layers around it follow best)")
         ->check(CLI::IsMember({"principal", "telling"}))->capture_default_str();
     command->add_option("--ridge", request->ridge, "Strengths for linear, quadratic and cubic terms, per frame (default: found by leaving out parts of takes)")
         ->delimiter(',')->expected(1, 3)->check(not_negative());
-    command->add_flag("--paper", request->paper, "Every step as Ma et al. 2008 have it");
+    command->add_flag("--paper", request->paper, "Every step as Ma et al. 2008 have it")->excludes(axes);
     command->add_option("--reach", request->reach, "Skin farther from every marker than this has no detail, mm")->check(above_zero())->capture_default_str();
     command->add_option("--high-pass", request->high_pass, "Width of what the medium layer is left to carry, mm")->check(above_zero())->capture_default_str();
     command->add_option("--kbytes", request->most_kilobytes, "Largest size of the model file, kB: its error grows until it fits")->check(above_zero());

@@ -1,5 +1,6 @@
 #version 450 core
-// Deformation vectors S of all markers (Ma et al. 2008, equation 2): model::DeformationMeter::measure, one marker an invocation.
+// Deformation vectors S of all markers (Ma et al. 2008, equation 2): model::DeformationMeter::measure, one marker an invocation;
+// drawn back where (d1, d2) is longer than training had it, as in model::domain_parameters.
 layout(local_size_x = 64) in;
 
 struct Marker {
@@ -11,6 +12,7 @@ struct Marker {
     float spread[2];     // standard deviations at neutral
     float q[5];
     float r[5];          // axes
+    float extent;        // longest (d1, d2)
     uint near_begin;
     uint near_end;       // N2
 };
@@ -48,7 +50,10 @@ void main() {
     }
     const vec2 mean = sum / n;
     const vec2 spread = sqrt(max(squares / n - mean * mean, 0.0));
-    for (int k = 0; k < 3; ++k) S[5u * m + uint(k)] = here[k] - markers[m].neutral[k];
-    S[5u * m + 3u] = sqrt(n) * (spread.x - markers[m].spread[0]);
-    S[5u * m + 4u] = sqrt(n) * (spread.y - markers[m].spread[1]);
+    const float own[5] = float[5](here.x - markers[m].neutral[0], here.y - markers[m].neutral[1], here.z - markers[m].neutral[2],
+                                  sqrt(n) * (spread.x - markers[m].spread[0]), sqrt(n) * (spread.y - markers[m].spread[1]));
+    vec2 d = vec2(0);
+    for (int k = 0; k < 5; ++k) d += own[k] * vec2(markers[m].q[k], markers[m].r[k]);
+    const float shrink = min(1.0, markers[m].extent / max(length(d), 1e-20));
+    for (int k = 0; k < 5; ++k) S[5u * m + uint(k)] = shrink * own[k];
 }

@@ -2,7 +2,7 @@
 // d1 and d2 over every marker triangle as quadratics of the barycentric weights: model::domain_parameters, one triangle an invocation.
 layout(local_size_x = 64) in;
 
-struct Marker { uint corner[3]; float share[3]; float neutral[3]; float u[3]; float v[3]; float spread[2]; float q[5]; float r[5]; uint near_begin; uint near_end; };
+struct Marker { uint corner[3]; float share[3]; float neutral[3]; float u[3]; float v[3]; float spread[2]; float q[5]; float r[5]; float extent; uint near_begin; uint near_end; };
 layout(std430, binding = 1) readonly buffer Markers { Marker markers[]; };
 layout(std430, binding = 2) readonly buffer Triangles { uint corners[]; };       // 3 T
 layout(std430, binding = 3) readonly buffer Deformations { float S[]; };         // 5 M

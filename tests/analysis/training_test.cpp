@@ -188,6 +188,32 @@ TEST(Training, OnTheMeshOfItsDecodersTheMapsMendWhatTheGridMoves) {
     EXPECT_LT(std::sqrt(squares / (40.0 * double(n))), 0.2 * std::sqrt(grid));
 }
 
+TEST(Training, DeformationGoesNoFartherThanTheTrainingShowed) {
+    Clip clip = sheet_clip(30);
+    const Known known = known_model(clip);
+    clip.scans = std::make_shared<ModelScans>(clip, known.model, known.driver);
+    TrainingOptions options;
+    options.ridge = Ridge{};
+    const auto bounded = train(clip, options);
+    options.bounded = false;
+    const auto free = train(clip, options);
+    ASSERT_TRUE(bounded.ok() && free.ok());
+    EXPECT_EQ(free->model.axes.extents.size(), 0);
+    EXPECT_EQ(bounded->model.medium.planes, free->model.medium.planes) << "training itself is as it was";
+    const Points rest = bounded->driver->mesh().neutral, far = rest + 20 * (clip.markers->frame(7) - rest);
+    const auto largest = [&](const TrainedModel& trained, const Points& markers) {
+        std::vector<float> values(3 * trained.model.medium.texels);
+        model::evaluate_plain(trained.model.medium, trained.model.medium_domain, trained.driver->drive(markers, trained.model.axes).parameters, values.data());
+        float most = 0;
+        for (const float v : values) most = std::max(most, std::abs(v));
+        return most;
+    };
+    float shown = 0;
+    for (std::int64_t f = 0; f < clip.markers->frames; ++f) shown = std::max(shown, largest(*bounded, clip.markers->frame(f)));
+    EXPECT_LT(largest(*bounded, far), 3 * shown);
+    EXPECT_GT(largest(*free, far), 30 * shown);
+}
+
 TEST(Training, SaysWhatIsMissing) {
     Clip clip = sheet_clip(8);
     auto result = train(clip, {});

@@ -49,6 +49,22 @@ MarkerDomain some_domain() {
     return domain;
 }
 
+TEST(MarkerDomainCode, KeepsExtentsRoundedUp) {
+    MarkerDomain domain = some_domain();
+    const Bytes without = encode_marker_domain(domain);
+    domain.extents = {2.0f, 0, 3.1f, 1e9f};
+    const Bytes bytes = encode_marker_domain(domain);
+    const auto back = decode_marker_domain(bytes, 4);
+    ASSERT_TRUE(back.ok()) << back.error().message;
+    EXPECT_EQ(back->extents, (std::vector<float>{2.0f, kExtentStep, 3.125f, kMaxExtent}));
+    EXPECT_EQ(back->terms, 3);
+    const auto none = decode_marker_domain(without, 4);
+    ASSERT_TRUE(none.ok());
+    EXPECT_TRUE(none->extents.empty());
+    EXPECT_EQ(none->axes, back->axes);
+    EXPECT_EQ(none->factors, back->factors);
+}
+
 TEST(MarkerDomainCode, KeepsTrianglesAxesAndFactors) {
     const MarkerDomain domain = some_domain();
     const Bytes bytes = encode_marker_domain(domain);

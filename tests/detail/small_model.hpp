@@ -20,8 +20,13 @@ struct SmallModel {
         analysis::DeformationMoments deformations(driver.mesh());
         for (std::int64_t f = 0; f < clip.markers->frames; ++f) deformations.add(driver.meter().measure(clip.markers->frame(f)));
         model.axes = analysis::deformation_axes(deformations);
-        for (std::int64_t f = 0; f < clip.markers->frames; ++f)
-            model::add_term_moments(moments, model.axes, driver.meter().measure(clip.markers->frame(f)), 1 / double(clip.markers->frames));
+        Eigen::VectorXf longest;
+        for (std::int64_t f = 0; f < clip.markers->frames; ++f) {
+            const model::Deformations S = driver.meter().measure(clip.markers->frame(f));
+            model::add_term_moments(moments, model.axes, S, 1 / double(clip.markers->frames));
+            model::add_extents(longest, model.axes, S);
+        }
+        model.axes.extents = longest;
         model.medium_domain = model::detail_domain(model, medium_size, medium_size);
         model.fine_domain = model::detail_domain(model, fine_size, fine_size);
         model.medium = waves(3, order, model.medium_domain, 0.8f);

@@ -57,6 +57,27 @@ TEST(DomainParameters, AreTheProductOfInterpolatedDeformationAndAxes) {
         }
 }
 
+TEST(DomainParameters, AMarkerThatStraysIsDrawnBackToItsExtent) {
+    Small small;
+    small.domain.b1.assign(37, 0), small.domain.b2.assign(37, 0);   // all texels at the first corner, marker 0
+    const auto at_marker_0 = [&] {
+        const DomainParameters parameters = domain_parameters(small.mesh, small.axes, small.S);
+        return Eigen::Vector2f(parameters.d1[0].at(0, 0), parameters.d2[0].at(0, 0));
+    };
+    const Eigen::Vector2f d = at_marker_0();
+    add_extents(small.axes.extents, small.axes, small.S);
+    EXPECT_NEAR(small.axes.extents[0], d.norm(), 1e-5f);
+    EXPECT_LE((at_marker_0() - d).norm(), 1e-6f) << "as far as it went";
+    small.S *= 0.7f;
+    EXPECT_LE((at_marker_0() - 0.7f * d).norm(), 1e-5f);
+    small.S *= 50;
+    EXPECT_LE((at_marker_0() - d).norm(), 1e-4f) << "no farther, in the same direction";
+    small.S.row(1).setZero();
+    EXPECT_LE((at_marker_0() - d).norm(), 1e-4f) << "each marker has its own";
+    small.axes.extents.resize(0);
+    EXPECT_LE((at_marker_0() - 35 * d).norm(), 1e-2f) << "without extents";
+}
+
 TEST(PolynomialMap, FastAndPlainEvaluationAgreeForEveryOrder) {
     if (!avx2_available()) GTEST_SKIP() << "no AVX2 here";
     const Small small;

@@ -249,6 +249,7 @@ Result<std::vector<std::string>> model_digests(const Bytes& file) {
                 numbers.add(domain.triangles);
                 for (const auto& axes : domain.axes)
                     for (const float number : axes) numbers.add(number);
+                for (const float extent : domain.extents) numbers.add(extent);
                 for (const float number : domain.factors) numbers.steps(double(number), 64);
                 break;
             }
