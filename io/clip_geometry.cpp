@@ -40,7 +40,7 @@ void ClipReader::read_vertices() {
             clip_.vertices->xyz = std::move(array->values);
             return;
         }
-        if (!fs::is_directory(path, ignored) && (fs::exists(path, ignored) || ending == ".glb" || ending == ".gltf")) {
+        if (!names_many(path) && (fs::exists(path, ignored) || ending == ".glb" || ending == ".gltf")) {
             files = {path};
         } else {
             auto numbered = take(open_numbered(path, kMeshEndings));

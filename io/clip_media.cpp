@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "io/image_file.hpp"
+#include "io/numbered_files.hpp"
 #include "io/scan_files.hpp"
 #include "io/sound_file.hpp"
 #include "io/texture_file.hpp"
@@ -42,11 +43,8 @@ void ClipReader::read_texture() {
 }
 
 std::optional<fs::path> ClipReader::scan_masks() const {
-    std::error_code ignored;
-    if (description_.masks.size() != 1) return std::nullopt;
-    const fs::path& path = description_.masks[0];
-    if (!fs::is_directory(path, ignored) && path.filename().string().find('%') == std::string::npos) return std::nullopt;
-    return path;
+    if (description_.masks.size() != 1 || !names_many(description_.masks[0])) return std::nullopt;
+    return description_.masks[0];
 }
 
 void ClipReader::read_scans() {

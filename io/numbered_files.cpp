@@ -33,6 +33,20 @@ Split split_name(const std::string& name, std::size_t stem) {
     return {name.substr(0, begin), name.substr(end), parse_integer(name.substr(begin, end - begin)).value_or(-1), end - begin};
 }
 
+/// Where a pattern has its number, begin and end: %d or %0Nd (never handed to printf), a run of #, or *.
+std::optional<std::pair<std::size_t, std::size_t>> number_place(const std::string& name) {
+    const std::size_t begin = name.find_first_of("%#*");
+    if (begin == std::string::npos) return std::nullopt;
+    std::size_t end = begin + 1;
+    if (name[begin] == '#') {
+        end = std::min(name.size(), name.find_first_not_of('#', begin));
+    } else if (name[begin] == '%') {
+        while (end < name.size() && is_digit(name[end])) ++end;
+        if (end == name.size() || name[end++] != 'd') return std::nullopt;
+    }
+    return std::pair{begin, end};
+}
+
 }  // namespace
 
 std::vector<NumberedFiles> find_numbered(const fs::path& folder, const std::vector<std::string>& endings) {
@@ -93,6 +107,11 @@ Result<NumberedFiles> one_per_number(const NumberedFiles& files) {
     return set;
 }
 
+bool names_many(const fs::path& path) {
+    std::error_code ignored;
+    return fs::is_directory(path, ignored) || (!fs::exists(path, ignored) && number_place(path.filename().string()));
+}
+
 Result<NumberedFiles> open_numbered(const fs::path& pattern, const std::vector<std::string>& endings) {
     std::error_code ignored;
     if (fs::is_directory(pattern, ignored)) {
@@ -101,14 +120,10 @@ Result<NumberedFiles> open_numbered(const fs::path& pattern, const std::vector<s
             return Error{ErrorCode::missing, fmt::format("the folder {} has no files ending in {}", pattern.string(), fmt::join(endings, ", "))};
         return one_per_number(sets[0]);
     }
-    // Only %d and %0Nd: the pattern is never handed to printf.
     const std::string name = pattern.filename().string();
-    const std::size_t percent = name.find('%');
-    std::size_t end = percent == std::string::npos ? percent : percent + 1;
-    while (end < name.size() && is_digit(name[end])) ++end;
-    if (percent == std::string::npos || end >= name.size() || name[end] != 'd')
-        return Error{ErrorCode::missing, fmt::format("there is no file {}", pattern.string())};
-    const std::string before = name.substr(0, percent), after = name.substr(end + 1);
+    const auto place = number_place(name);
+    if (!place) return Error{ErrorCode::missing, fmt::format("there is no file {}", pattern.string())};
+    const std::string before = name.substr(0, place->first), after = name.substr(place->second);
     for (const auto& set : find_numbered(pattern.parent_path(), endings)) {
         const std::string first = set.paths[0].filename().string();
         if (set.numbers[0] < 0 || !first.starts_with(before) || !first.ends_with(after)) continue;

@@ -26,7 +26,10 @@ std::vector<NumberedFiles> find_numbered(const std::filesystem::path& folder, co
 /// keeps its frame, the path before stands for a missing one and the first of several counts. Error: the fault, if more are missing than there are.
 Result<NumberedFiles> one_per_number(const NumberedFiles& files);
 
-/// The set a printf pattern ("texture/%04d.png") or a folder means, one path per number. Errors: missing, when no file is there; those of
+/// A folder, or a pattern that no file has for its name.
+bool names_many(const std::filesystem::path& path);
+
+/// The set a pattern ("texture/%04d.png", "texture/####.png" or "texture/*.png") or a folder means, one path per number. Errors: missing, when no file is there; those of
 /// one_per_number().
 Result<NumberedFiles> open_numbered(const std::filesystem::path& pattern, const std::vector<std::string>& endings);
 

@@ -182,6 +182,27 @@ TEST(ClipFolder, WhatAKilledProcessLeftIsClearedAway) {
     EXPECT_TRUE(fs::exists(other));
 }
 
+TEST(ClipFolder, APatternNamesItsNumberInThreeWays) {
+    const TemporaryFolder folder;
+    const Mesh mesh = small_head();
+    write_obj(folder / "neutral.obj", mesh);
+    for (int f = 9; f < 12; ++f) {
+        write_obj(folder / ("frame" + std::to_string(f) + ".obj"), mesh);
+        write_image(folder / ("skin" + std::to_string(f) + "_a.png"), Image(8, 8, 3));
+    }
+    const auto load = [&](const std::string& number) {
+        write_file(folder / "clip.json", R"({"fps": 30, "unit": "cm", "neutral": "neutral.obj", "vertices": "frame)" + number + R"(.obj", "texture": "skin)" + number + R"(_a.png"})");
+        return load_clip(folder.path());
+    };
+    for (const char* number : {"%d", "%02d", "#", "####", "*"}) {
+        const auto loaded = load(number);
+        ASSERT_TRUE(loaded) << number << ": " << loaded.error().message;
+        EXPECT_EQ(loaded->clip.vertices->frames, 3) << number;
+        EXPECT_EQ(loaded->clip.texture->frames(), 3) << number;
+    }
+    for (const char* number : {"%", "%s", "%02", "0*", "*1"}) EXPECT_FALSE(load(number)) << number;
+}
+
 TEST(PlainFolder, NumberedMeshesWithOnePictureLoadAsTheyStand) {
     const TemporaryFolder folder;
     Mesh mesh = small_head();
