@@ -28,6 +28,29 @@ Result<SoundDecoder> SoundDecoder::create(const protocol::Track& track, const pr
     return SoundDecoder(std::unique_ptr<State>(new State{*info, std::move(packets)}));
 }
 
+void SoundDecoder::restart() {
+    state_->packets.restart();
+}
+
+std::size_t SoundDecoder::preroll_packets() const {
+    return state_->info.preroll / state_->info.packet_samples;
+}
+
+std::uint32_t SoundDecoder::packet_samples() const {
+    return state_->info.packet_samples;
+}
+
+Result<Sound> SoundDecoder::next(ByteView packet) {
+    const protocol::SoundInfo& info = state_->info;
+    Sound sound{int(info.sample_rate), info.channels, {}};
+    auto done = state_->packets.decode(packet, sound.samples);
+    if (done && sound.length() != std::int64_t(info.packet_samples))
+        done = Error{ErrorCode::damaged, "a packet of sound has another length than the track announces"};
+    if (done) return sound;
+    restart();
+    return done.error();
+}
+
 Result<SoundDecoder::Block> SoundDecoder::decode(const protocol::Group& group) {
     State& state = *state_;
     const protocol::SoundInfo& info = state.info;

@@ -24,6 +24,13 @@ public:
     };
     Result<Block> decode(const protocol::Group& group);
 
+    /// For packets that come one by one: forgets those before; decodes the next. Errors leave it as after
+    /// restart().
+    void restart();
+    Result<Sound> next(ByteView packet);
+    std::size_t preroll_packets() const;
+    std::uint32_t packet_samples() const;
+
 private:
     struct State;
     explicit SoundDecoder(std::unique_ptr<State> state);

@@ -49,7 +49,8 @@ SwrPtr make_resampler(int channels, int from, int to) {
     return resampler;
 }
 
-Result<CodecPtr> open_sound_encoder(const std::string& name, int sample_rate, int channels, double kbps) {
+Result<CodecPtr> open_sound_encoder(const std::string& name, int sample_rate, int channels, double kbps,
+                                    bool low_delay = false) {
     const AVCodec* encoder = find_sound_encoder(name);
     if (!encoder) {
         std::string names;
@@ -69,6 +70,11 @@ Result<CodecPtr> open_sound_encoder(const std::string& name, int sample_rate, in
     // Noise substitution draws from a generator that runs through the whole sound: groups would not decode
     // alone.
     if (name == "aac") av_dict_set(&options, "aac_pns", "0", 0);
+    if (low_delay) {
+        av_dict_set(&options, "application", "lowdelay", 0);
+        av_dict_set(&options, "frame_duration", "10", 0);
+        av_dict_set(&options, "vbr", "constrained", 0);  // a burst would come late
+    }
     const int code = avcodec_open2(codec.get(), encoder, &options);
     av_dict_free(&options);
     if (code < 0) {
@@ -179,6 +185,92 @@ Result<SoundPackets> compress_sound(const Sound& original, const std::string& na
             return Error{ErrorCode::unavailable, "the " + name + " encoder gives no packets"};
     }
     return out;
+}
+
+struct SoundResampler::State {
+    SwrPtr resampler;
+    int channels = 1;
+};
+
+SoundResampler::SoundResampler(std::unique_ptr<State> state) : state_(std::move(state)) {}
+SoundResampler::SoundResampler(SoundResampler&&) noexcept = default;
+SoundResampler& SoundResampler::operator=(SoundResampler&&) noexcept = default;
+SoundResampler::~SoundResampler() = default;
+
+Result<SoundResampler> SoundResampler::open(int channels, int from, int to) {
+    quiet_libraries();
+    auto state = std::make_unique<State>();
+    state->channels = channels;
+    state->resampler = make_resampler(channels, from, to);
+    if (!state->resampler)
+        return Error{ErrorCode::invalid, "sound of " + std::to_string(channels) + " channels at " +
+                                             std::to_string(from) + " Hz cannot be brought to " +
+                                             std::to_string(to) + " Hz"};
+    return SoundResampler(std::move(state));
+}
+
+Result<void> SoundResampler::add(const std::vector<float>& samples, std::vector<float>& resampled) {
+    const int count = int(samples.size()) / state_->channels;
+    const int room = std::max(1, swr_get_out_samples(state_->resampler.get(), count));
+    const std::size_t before = resampled.size();
+    resampled.resize(before + std::size_t(room) * std::size_t(state_->channels));
+    std::uint8_t* to[] = {reinterpret_cast<std::uint8_t*>(resampled.data() + before)};
+    const std::uint8_t* from[] = {reinterpret_cast<const std::uint8_t*>(samples.data())};
+    const int made = swr_convert(state_->resampler.get(), to, room, from, count);
+    resampled.resize(before + std::size_t(std::max(0, made)) * std::size_t(state_->channels));
+    if (made < 0) return av_error(made, "sound does not resample");
+    return {};
+}
+
+struct PacketSoundEncoder::State {
+    int channels = 1;
+    CodecPtr codec;
+    Bytes config;
+    std::int64_t time = 0;
+};
+
+PacketSoundEncoder::PacketSoundEncoder(std::unique_ptr<State> state) : state_(std::move(state)) {}
+PacketSoundEncoder::PacketSoundEncoder(PacketSoundEncoder&&) noexcept = default;
+PacketSoundEncoder& PacketSoundEncoder::operator=(PacketSoundEncoder&&) noexcept = default;
+PacketSoundEncoder::~PacketSoundEncoder() = default;
+
+Result<PacketSoundEncoder> PacketSoundEncoder::open(int channels, double kbps) {
+    quiet_libraries();
+    auto state = std::make_unique<State>();
+    state->channels = channels;
+    MIEN_TRY(codec, open_sound_encoder("opus", kSampleRate, channels, kbps, true));
+    if (codec->frame_size != kPacketSamples)
+        return Error{ErrorCode::unavailable, "the opus encoder here has no packets of 10 ms"};
+    state->codec = std::move(codec);
+    state->config = extradata_of(*state->codec);
+    return PacketSoundEncoder(std::move(state));
+}
+
+const Bytes& PacketSoundEncoder::codec_config() const {
+    return state_->config;
+}
+
+int PacketSoundEncoder::delay() const {
+    return state_->codec->initial_padding;
+}
+
+Result<Bytes> PacketSoundEncoder::encode(const float* samples) {
+    State& state = *state_;
+    const FramePtr frame = make_frame();
+    frame->nb_samples = kPacketSamples;
+    frame->format = state.codec->sample_fmt;
+    frame->sample_rate = kSampleRate;
+    set_channels(*frame, state.channels);
+    if (av_frame_get_buffer(frame.get(), 0) < 0) throw std::bad_alloc();
+    std::copy_n(samples, std::size_t(kPacketSamples) * std::size_t(state.channels),
+                reinterpret_cast<float*>(frame->data[0]));
+    frame->pts = std::exchange(state.time, state.time + kPacketSamples);
+    const PacketPtr packet = make_packet();
+    int code = avcodec_send_frame(state.codec.get(), frame.get());
+    if (code >= 0) code = avcodec_receive_packet(state.codec.get(), packet.get());
+    if (code < 0) return av_error(code, "the opus encoder failed");
+    const auto* first = reinterpret_cast<const std::byte*>(packet->data);
+    return Bytes(first, first + packet->size);
 }
 
 struct PacketSoundDecoder::State {

@@ -32,6 +32,45 @@ Result<SoundPackets> compress_sound(const Sound& sound, const std::string& codec
 /// Sound at another rate, by libswresample; sample 0 stays sample 0 and the length is rounded to nearest.
 Result<Sound> resample(const Sound& sound, int sample_rate);
 
+/// resample() for sound that comes bit by bit. The first samples come after the filter's half, a millisecond or
+/// less.
+class SoundResampler {
+public:
+    static Result<SoundResampler> open(int channels, int from, int to);
+    SoundResampler(SoundResampler&&) noexcept;
+    SoundResampler& operator=(SoundResampler&&) noexcept;
+    ~SoundResampler();
+    /// Appends what can be said so far, interleaved.
+    Result<void> add(const std::vector<float>& samples, std::vector<float>& resampled);
+
+private:
+    struct State;
+    explicit SoundResampler(std::unique_ptr<State> state);
+    std::unique_ptr<State> state_;
+};
+
+/// Encodes sound while it is made: Opus of 48 kHz in its low-delay mode, one packet of 10 ms for each 480 samples. One
+/// or two channels. Not thread-safe.
+class PacketSoundEncoder {
+public:
+    static constexpr int kSampleRate = 48000, kPacketSamples = 480;
+    static Result<PacketSoundEncoder> open(int channels, double kbps);
+    PacketSoundEncoder(PacketSoundEncoder&&) noexcept;
+    PacketSoundEncoder& operator=(PacketSoundEncoder&&) noexcept;
+    ~PacketSoundEncoder();
+
+    const Bytes& codec_config() const;
+    /// Samples by which what a decoder gives of a packet is earlier than what the packet was made of.
+    int delay() const;
+    /// `samples`: kPacketSamples x channels, interleaved.
+    Result<Bytes> encode(const float* samples);
+
+private:
+    struct State;
+    explicit PacketSoundEncoder(std::unique_ptr<State> state);
+    std::unique_ptr<State> state_;
+};
+
 /// Turns packets into PCM, sample for sample. Not thread-safe.
 class PacketSoundDecoder {
 public:
