@@ -4,16 +4,23 @@
 
 namespace mien::player {
 
-void LiveClock::arrived(std::int64_t frame, double now) {
-    const Arrival arrival{now, now - double(frame) / frame_rate_};
-    while (!window_.empty() && window_.back().offset >= arrival.offset) window_.pop_back();
-    window_.push_back(arrival);
-    while (window_.front().at < now - kWindow) window_.pop_front();
+void LiveClock::restart() {
+    clock_.restart();
+    wait_ = 0;
 }
 
 std::int64_t LiveClock::due(double now) const {
-    if (window_.empty()) return -1;
-    return std::int64_t(std::floor((now - window_.front().offset - delay_) * frame_rate_ + 1e-6));
+    const auto zero = clock_.zero();
+    if (!zero) return -1;
+    return std::int64_t(std::floor((now - *zero - std::max(delay_, wait_)) * frame_rate_ + 1e-6));
+}
+
+void LiveClock::follow_sound(double media, double now) {
+    constexpr double kPace = 0.05;           // of the difference at each call: devices tell their time in steps
+    const auto zero = clock_.zero();
+    if (!zero || delay_ == 0) return;
+    const double wanted = std::clamp(now - *zero - media, 0.0, kLongestWait);
+    wait_ = wait_ == 0 ? wanted : wait_ + kPace * (wanted - wait_);
 }
 
 }  // namespace mien::player

@@ -1,31 +1,23 @@
 #include "tools/live_input.hpp"
 
-#include <arpa/inet.h>
 #include <fmt/format.h>
-#include <netinet/in.h>
 #include <poll.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
-#include "core/environment_error.hpp"
 #include "io/frame_packet.hpp"
 #include "io/live_link.hpp"
 #include "io/text.hpp"
+#include "tools/udp_listener.hpp"
 
 namespace mien::tools {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-constexpr auto kSilence = std::chrono::seconds(2);      // after which another sender may take over
 constexpr std::size_t kMaxLine = 4u << 20;              // bytes: 65 536 markers of 60 characters
-constexpr int kReceiveBuffer = 4 << 20;                 // bytes: a second of many markers
 
 bool readable(int descriptor, std::chrono::milliseconds longest) {
     pollfd waiting{descriptor, POLLIN, 0};
@@ -34,44 +26,18 @@ bool readable(int descriptor, std::chrono::milliseconds longest) {
 
 class UdpInput final : public LiveInput {
 public:
-    UdpInput(const std::string& bind, std::uint16_t port, const protocol::MotionInfo& info, Rational rate)
-        : info_(info), rate_(rate), name_(fmt::format("UDP {} port {}", bind, port)) {
-        sockaddr_in v4{};
-        sockaddr_in6 v6{};
-        v4.sin_family = AF_INET, v4.sin_port = htons(port);
-        v6.sin6_family = AF_INET6, v6.sin6_port = htons(port);
-        const bool is4 = ::inet_pton(AF_INET, bind.c_str(), &v4.sin_addr) == 1;
-        if (!is4 && ::inet_pton(AF_INET6, bind.c_str(), &v6.sin6_addr) != 1) throw EnvironmentError(fmt::format("'{}' is not an IP address to listen on", bind));
-        socket_ = ::socket(is4 ? AF_INET : AF_INET6, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-        const auto give_up = [&] {
-            const int reason = errno;
-            if (socket_ >= 0) ::close(socket_);
-            throw EnvironmentError(fmt::format("cannot listen on {}: {}", name_, std::strerror(reason)));
-        };
-        if (socket_ < 0) give_up();
-        ::setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &kReceiveBuffer, sizeof kReceiveBuffer);
-        const auto* address = is4 ? reinterpret_cast<const sockaddr*>(&v4) : reinterpret_cast<const sockaddr*>(&v6);
-        if (::bind(socket_, address, is4 ? sizeof v4 : sizeof v6) != 0) give_up();
-    }
-    ~UdpInput() override { ::close(socket_); }
+    UdpInput(const std::string& bind, std::uint16_t port, const protocol::MotionInfo& info, Rational rate) : info_(info), rate_(rate), socket_(bind, port) {}
 
     Got next(Captured& captured, std::chrono::milliseconds longest) override {
-        if (!readable(socket_, longest)) return Got::nothing;
-        sockaddr_storage from{};
-        socklen_t size = sizeof from;
-        const ssize_t got = ::recvfrom(socket_, buffer_.data(), buffer_.size(), MSG_DONTWAIT, reinterpret_cast<sockaddr*>(&from), &size);
-        if (got < 0) return Got::nothing;
-        const auto now = Clock::now();
-        const bool same = size == sender_size_ && std::memcmp(&from, &sender_, size) == 0;
-        if (!same && sender_size_ > 0 && now - heard_ < kSilence) return refuse("another sender sends here too"), Got::nothing;
-        const auto taken = take(ByteView(buffer_).first(std::size_t(got)), captured);
+        const auto packet = socket_.next(longest);
+        if (!packet) return Got::nothing;
+        if (!socket_.welcome()) return refuse("another sender sends here too"), Got::nothing;
+        const auto taken = take(*packet, captured);
         if (!taken) return refuse(taken.error().message), Got::nothing;
-        std::memcpy(&sender_, &from, size);
-        sender_size_ = size;
-        heard_ = now;
+        socket_.hear();
         return Got::frame;
     }
-    std::string name() const override { return name_; }
+    std::string name() const override { return socket_.name(); }
 
 private:
     Result<void> take(ByteView packet, Captured& captured) const {
@@ -90,12 +56,7 @@ private:
 
     const protocol::MotionInfo info_;
     const Rational rate_;
-    const std::string name_;
-    int socket_ = -1;
-    std::array<std::byte, 65536> buffer_;
-    sockaddr_storage sender_{};
-    socklen_t sender_size_ = 0;
-    Clock::time_point heard_;
+    UdpListener socket_;
 };
 
 class LineInput final : public LiveInput {

@@ -32,7 +32,10 @@ LiveRecording::Part::~Part() {
 
 void LiveRecording::add(const protocol::Group& group) {
     writer_->add(group);
-    for (const protocol::Object& object : group.objects) payload_ += object.bytes.size();
+    for (const protocol::Object& object : group.objects) payload_[group.slot] += object.bytes.size();
+    for (const protocol::Track& track : header_.tracks)
+        if (const auto* sound = std::get_if<protocol::SoundInfo>(&track.info); sound && track.rungs.front().slot == group.slot)
+            sound_end_ = std::max(sound_end_, group.first_time + std::int64_t(group.objects.size()) * sound->packet_samples - std::int64_t(sound->preroll));
     if (std::fflush(file_) != 0) throw EnvironmentError("cannot write '" + part_.path.string() + "': " + std::strerror(errno));
     part_.keep = true;
 }
@@ -49,8 +52,10 @@ void LiveRecording::finish(std::uint64_t frames) {
     if (!stream) throw EnvironmentError("what was recorded cannot be read again: " + stream.error().message);
     header_.frames = frames;
     const double seconds = double(frames) / header_.frame_rate.value();
-    for (protocol::Track& track : header_.tracks)
-        for (protocol::Rung& rung : track.rungs) rung.bits_per_second = seconds > 0 ? std::uint32_t(std::min(4e9, double(payload_) * 8 / seconds)) : 0;
+    for (protocol::Track& track : header_.tracks) {
+        for (protocol::Rung& rung : track.rungs) rung.bits_per_second = seconds > 0 ? std::uint32_t(std::min(4e9, double(payload_[rung.slot]) * 8 / seconds)) : 0;
+        if (auto* sound = std::get_if<protocol::SoundInfo>(&track.info)) sound->samples = std::uint64_t(sound_end_);
+    }
     io::OutputFile file(path_);
     protocol::StreamFileWriter writer([&](ByteView bytes) { file.write(bytes); }, header_, blobs_);
     for (const protocol::IndexEntry& entry : stream->reader().index()) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 
 #include "io/file.hpp"
@@ -33,7 +34,8 @@ private:
     std::FILE* file_ = nullptr;
     io::FileHandle owner_;
     std::optional<protocol::StreamFileWriter> writer_;
-    std::uint64_t payload_ = 0;   ///< bytes of all objects
+    std::map<std::uint8_t, std::uint64_t> payload_;   ///< bytes by slot
+    std::int64_t sound_end_ = 0;                     ///< samples
 };
 
 }  // namespace mien::tools

@@ -189,9 +189,9 @@ TEST_F(LiveSessionTest, RecordsWhatComesAndHoldsWhatDoesNot) {
     ASSERT_TRUE(session.ok()) << session.error().message;
     for (std::int64_t f = 0; f < kFrames; ++f) {
         if (f >= 40 && f < 43) continue;                                     // lost
-        ASSERT_TRUE((*session)->add(captured(clip, f, std::uint32_t(f + 7))).ok());
+        ASSERT_TRUE((*session)->add(captured(clip, f, std::uint32_t(f + 7)), double(f) / 30).ok());
         if (f != 50) continue;
-        ASSERT_TRUE((*session)->add(captured(clip, 48, 48 + 7)).ok());       // late: dropped
+        ASSERT_TRUE((*session)->add(captured(clip, 48, 48 + 7), double(f) / 30).ok());       // late: dropped
     }
     EXPECT_TRUE(std::filesystem::exists(folder_ / "live.mien.recording")) << "what there is so far is safe";
     EXPECT_EQ((*session)->lost(), 3u);
@@ -212,6 +212,130 @@ TEST_F(LiveSessionTest, RecordsWhatComesAndHoldsWhatDoesNot) {
     EXPECT_LT(worst, 0.5) << "every frame at its own time, lost ones held";
 }
 
+/// Clicks, one in each tenth of a second, so that time can be heard.
+Sound clicks(double seconds) {
+    Sound sound{48000, 1, std::vector<float>(std::size_t(seconds * 48000))};
+    for (std::size_t at = 2400; at + 48 < sound.samples.size(); at += 4800)
+        for (std::size_t i = 0; i < 48; ++i) sound.samples[at + i] = 0.8f * std::sin(float(i) * 0.4f);
+    return sound;
+}
+
+TEST_F(LiveSessionTest, SoundStaysWithThePicturesItCameWith) {
+    const Clip clip = marker_clip(0.5);
+    const Sound sound = clicks(3);
+    LiveOptions options;
+    options.recording = folder_ / "live.mien";
+    options.sound = encoder::LiveSoundOptions{48000, 1, 64};
+    auto session = LiveSession::start(take_, options);
+    ASSERT_TRUE(session.ok()) << session.error().message;
+    const double begin = 1000;   // when frame 0 is captured
+    const auto packet = [&](int p) {   // of 10 ms, when its last sample has been captured; the sender counts from anywhere
+        CapturedSound captured{777'777 + 480 * p, {48000, 1, {sound.samples.begin() + 480 * p, sound.samples.begin() + 480 * (p + 1)}}};
+        return (*session)->add_sound(captured, begin + 0.01 * (p + 1) + (p % 7 == 0 ? 0.004 : 0));   // late, some of them
+    };
+    int p = 0;
+    for (; p < 10; ++p) ASSERT_TRUE(packet(p).ok()) << "before there is a picture: heard by nobody";
+    for (std::int64_t f = 3; f < kFrames; ++f) {   // the first picture is 0.1 s after the first sound
+        const double now = begin + double(f) / 30;
+        for (; p < 290 && 0.01 * (p + 1) <= now - begin; ++p)
+            if (p < 150 || p >= 155) {   // 50 ms lost
+                ASSERT_TRUE(packet(p).ok());
+            }
+        ASSERT_TRUE((*session)->add(captured(clip, f, std::uint32_t(f)), now).ok());
+    }
+    (*session)->finish();
+
+    const auto stream = StoredStream::open(folder_ / "live.mien");
+    ASSERT_TRUE(stream.ok() && stream->reader().complete());
+    const Clip back = decoded(folder_ / "live.mien");
+    ASSERT_TRUE(back.sound);
+    EXPECT_EQ(back.frame_count(), kFrames - 3);
+    // Stream time 0 is frame 3, 0.1 s after the sound's own zero: a click then lies 0.05 s after every tenth as it did.
+    const auto loudness = [&](double from, double to) {
+        double most = 0;
+        for (auto i = std::int64_t(from * 48000); i < std::min(back.sound->length(), std::int64_t(to * 48000)); ++i) most = std::max(most, double(std::abs(back.sound->samples[std::size_t(i)])));
+        return most;
+    };
+    for (int click = 1; click < 26; ++click) {
+        const double at = 0.05 + 0.1 * click;   // in the stream
+        if (at + 0.1 > 1.49 && at + 0.1 < 1.56) continue;   // lost
+        EXPECT_GT(loudness(at - 0.004, at + 0.006), 0.3) << click;
+        EXPECT_LT(loudness(at - 0.045, at - 0.006), 0.2) << click;
+    }
+    EXPECT_NEAR(back.sound->seconds(), 2.8, 0.05);
+    const auto& tracks = stream->reader().header().tracks;
+    ASSERT_EQ(tracks.size(), 2u);
+    EXPECT_NEAR(double(tracks[1].rungs[0].bits_per_second), 64'000, 20'000);
+    EXPECT_LT(tracks[0].rungs[0].bits_per_second, 20'000u);
+}
+
+TEST_F(LiveSessionTest, SoundWithoutPicturesDoesNotPileUp) {
+    const Clip clip = marker_clip(0.5);
+    const Sound sound = clicks(1);
+    LiveOptions options;
+    options.recording = folder_ / "live.mien";
+    options.sound = encoder::LiveSoundOptions{48000, 1, 64};
+    auto session = LiveSession::start(take_, options);
+    ASSERT_TRUE(session.ok());
+    const auto sounds = [&](int from, int to) {
+        for (int p = from; p < to; ++p)
+            ASSERT_TRUE((*session)->add_sound({480 * p, {48000, 1, {sound.samples.begin() + 480 * (p % 90), sound.samples.begin() + 480 * (p % 90 + 1)}}}, 5 + 0.01 * (p + 1)).ok());
+    };
+    ASSERT_TRUE((*session)->add(captured(clip, 0, 0), 5).ok());
+    sounds(0, 1000);                                                   // ten seconds, and no picture
+    for (int f = 1; f < 60; ++f) ASSERT_TRUE((*session)->add(captured(clip, f, std::uint32_t(f)), 15 + f / 30.0).ok());
+    sounds(1000, 1200);
+    (*session)->finish();
+    const Clip back = decoded(folder_ / "live.mien");
+    ASSERT_TRUE(back.sound);
+    EXPECT_LT(back.sound->seconds(), 4.5);
+    EXPECT_GT(back.sound->seconds(), 1.5);
+}
+
+TEST(SampleCounter, CountsOnThroughWrapsAndNewSenders) {
+    SampleCounter counter(48000);
+    const auto at = [&](std::uint32_t timestamp, std::uint32_t source) { return counter.count({.timestamp = timestamp, .source = source}, 480); };
+    EXPECT_EQ(at(0xffffff00, 1), 0);
+    EXPECT_EQ(at(0xffffff00 + 480, 1), 480) << "past the largest number";
+    EXPECT_EQ(at(0xffffff00, 1), 0) << "late";
+    EXPECT_EQ(at(0xffffff00 + 1440, 1), 1440) << "one lost";
+    EXPECT_EQ(at(7, 2), 1920) << "another sender";
+    EXPECT_EQ(at(487, 2), 2400);
+    EXPECT_EQ(at(487 + 48000 * 20, 2), 2880) << "begun anew";
+}
+
+TEST(SoundFormat, IsARateAndPerhapsChannels) {
+    EXPECT_EQ(parse_sound_format("48000")->channels, 1);
+    EXPECT_EQ(parse_sound_format("44100x2")->sample_rate, 44100);
+    EXPECT_EQ(parse_sound_format("44100x2")->channels, 2);
+    for (const char* wrong : {"", "x", "48k", "48000x3", "48000x0", "100", "1e9", "48000x2x2", "-48000"}) EXPECT_FALSE(parse_sound_format(wrong).ok()) << wrong;
+}
+
+TEST(SoundInput, TakesL16AndNothingElse) {
+    const std::uint16_t port = free_port();
+    SoundInput input("127.0.0.1", port, {44100, 2});
+    const UdpSender sender;
+    const Bytes payload = io::encode_l16({44100, 2, {0.5f, -0.5f}});
+    sender.send(port, io::encode(io::RtpPacket{10, 1, 100, 9, payload}));
+    const auto first = input.next(5s);
+    ASSERT_TRUE(first);
+    EXPECT_EQ(first->first, 0);
+    EXPECT_EQ(first->sound.samples, (std::vector<float>{0.5f, -0.5f}));
+    sender.send(port, io::encode(io::RtpPacket{97, 2, 101, 9, payload}));
+    const auto second = input.next(5s);
+    ASSERT_TRUE(second);
+    EXPECT_EQ(second->first, 1);
+    sender.send(port, io::encode(io::RtpPacket{0, 3, 102, 9, payload}));
+    EXPECT_FALSE(input.next(5s));
+    EXPECT_EQ(input.last_refusal(), "RTP of payload type 0 is no L16 sound");
+    sender.send(port, io::encode(io::RtpPacket{11, 3, 102, 9, payload}));
+    EXPECT_FALSE(input.next(5s));
+    EXPECT_EQ(input.last_refusal(), "RTP of payload type 11 is sound of 44100x1; --sound-format says 44100x2");
+    sender.send(port, Bytes(3));
+    EXPECT_FALSE(input.next(5s));
+    EXPECT_EQ(input.refused(), 3u);
+}
+
 TEST_F(LiveSessionTest, ARecordingThatIsBrokenOffStillPlays) {
     const Clip clip = marker_clip(0.5);
     LiveOptions options;
@@ -219,7 +343,7 @@ TEST_F(LiveSessionTest, ARecordingThatIsBrokenOffStillPlays) {
     {
         auto session = LiveSession::start(take_, options);
         ASSERT_TRUE(session.ok());
-        for (std::int64_t f = 0; f < 75; ++f) ASSERT_TRUE((*session)->add(captured(clip, f, {})).ok());
+        for (std::int64_t f = 0; f < 75; ++f) ASSERT_TRUE((*session)->add(captured(clip, f, {}), double(f) / 30).ok());
     }
     EXPECT_FALSE(std::filesystem::exists(folder_ / "live.mien"));
     const auto stream = StoredStream::open(folder_ / "live.mien.recording");
