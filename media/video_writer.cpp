@@ -60,12 +60,16 @@ struct VideoWriter::State {
         check(avcodec_parameters_from_context(stream->codecpar, codec.get()));
     }
 
-    void add_sound(const Sound& original) {
+    void compress(const Sound& original) {
         auto packets = compress_sound(original, "aac", 160);
         if (!packets)
             throw EnvironmentError("cannot write the sound of " + path.string() + ": " +
                                    packets.error().message);
         sound = std::move(*packets);
+    }
+
+    void add_sound(const Sound& original) {
+        compress(original);
         AVStream* stream = allocated(avformat_new_stream(output.get(), nullptr));
         AVCodecParameters& parameters = *stream->codecpar;
         parameters.codec_type = AVMEDIA_TYPE_AUDIO;
@@ -157,7 +161,12 @@ VideoWriter VideoWriter::movie(const std::filesystem::path& path, int width, int
     av_dict_set(&options, "crf", std::to_string(movie.crf).c_str(), 0);
     state->open_codec("libx264", frame_rate, &options);
     av_dict_free(&options);
-    if (movie.sound && !movie.sound->samples.empty()) state->add_sound(*movie.sound);
+    if (movie.sound && movie.sound_later) {
+        state->add_sound({movie.sound->sample_rate, movie.sound->channels, {}});
+        state->sound.packets.clear();
+    } else if (movie.sound && !movie.sound->samples.empty()) {
+        state->add_sound(*movie.sound);
+    }
     state->start("+faststart");
     return VideoWriter(std::move(state));
 }
@@ -214,6 +223,11 @@ void VideoWriter::write(const Image& picture) {
     frame->pts = state.frames++;
     state.encode(frame.get());
     state.write_sound(double(state.frames) * av_q2d(state.codec->time_base));
+}
+
+void VideoWriter::set_sound(const Sound& sound) {
+    assert(state_->output->nb_streams == 2 && state_->sound.packets.empty() && sound.channels == state_->sound.channels);
+    state_->compress(sound);
 }
 
 void VideoWriter::finish() {

@@ -17,6 +17,7 @@ class VideoWriter {
 public:
     struct Movie {
         std::optional<Sound> sound;  ///< AAC, 160 kbit/s
+        bool sound_later = false;    ///< of `sound` only rate and channels count: set_sound() brings it
         double crf = 18;             ///< x264's; lower is better
         std::string speed = "veryfast";
     };
@@ -39,6 +40,8 @@ public:
 
     /// The next picture: of the size above, 1, 3 or 4 channels (alpha is ignored).
     void write(const Image& picture);
+    /// All of the sound, if it was to come later; before finish().
+    void set_sound(const Sound& sound);
     void finish();
 
 private:

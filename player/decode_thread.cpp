@@ -137,7 +137,11 @@ void DecodeThread::run_live() {
         if (!arrival || arrival->generation != generation || !arrival->object) continue;
         const protocol::LiveObject& object = *arrival->object;
         if (object.slot < bytes_.size()) bytes_[object.slot] += object.object.bytes.size();
-        for (PlayFrame& frame : live_.add(object)) push_live(std::move(frame), generation);
+        if (stream_.sound && object.slot == stream_.sound_slot) {
+            if (auto block = live_.hear(object)) sound(std::move(*block), generation);
+        } else {
+            for (PlayFrame& frame : live_.add(object)) push_live(std::move(frame), generation);
+        }
         damaged_ = live_.damaged_groups();
     }
 }
@@ -184,14 +188,18 @@ void DecodeThread::pull() {
     } else if (stream_.sound && slot == stream_.sound_slot) {
         auto block = stream_.sound->decode(*arrival->group);
         if (!block.ok()) return;   // a damaged group of sound is silence
-        const std::lock_guard sound_lock(sound_mutex_);
-        {
-            const std::lock_guard lock(mutex_);
-            if (generation_ != generation) return;
-        }
-        heard(*block);
-        if (on_sound_) on_sound_(std::move(*block));
+        sound(std::move(*block), generation);
     }
+}
+
+void DecodeThread::sound(decoder::SoundDecoder::Block block, std::uint32_t generation) {
+    const std::lock_guard sound_lock(sound_mutex_);
+    {
+        const std::lock_guard lock(mutex_);
+        if (generation_ != generation) return;
+    }
+    if (!stream_.live) heard(block);
+    if (on_sound_) on_sound_(std::move(block));
 }
 
 void DecodeThread::push(PlayFrame frame, std::uint32_t generation) {
@@ -211,8 +219,9 @@ std::optional<PlayFrame> DecodeThread::take(std::int64_t due) {
     return frame;
 }
 
-std::optional<PlayFrame> DecodeThread::take_live(double now) {
+std::optional<PlayFrame> DecodeThread::take_live(double now, std::optional<double> heard) {
     const std::lock_guard lock(mutex_);
+    if (heard) live_clock_.follow_sound(*heard, now);
     return buffer_.take(live_clock_.due(now));
 }
 

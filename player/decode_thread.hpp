@@ -38,7 +38,8 @@ public:
     void set_due(std::int64_t frame) { due_ = frame; }
 
     std::optional<PlayFrame> take(std::int64_t due);    ///< JitterBuffer::take
-    std::optional<PlayFrame> take_live(double now);     ///< of a live stream: the newest that is due
+    /// Of a live stream: the newest that is due. `heard`: seconds of the sound that leaves the loudspeaker now.
+    std::optional<PlayFrame> take_live(double now, std::optional<double> heard = {});
     std::optional<PlayFrame> pop();                     ///< JitterBuffer::pop
     /// Waits for the next frame in order; none at the end, or when `give_up` answers true (asked a few times a second).
     std::optional<PlayFrame> wait_pop(const std::function<bool()>& give_up);
@@ -59,6 +60,7 @@ private:
     void push_live(PlayFrame frame, std::uint32_t generation);
     void pull();
     void restart();
+    void sound(decoder::SoundDecoder::Block block, std::uint32_t generation);
     void heard(const decoder::SoundDecoder::Block& block);
     void note_missing_end();
     void push(PlayFrame frame, std::uint32_t generation);

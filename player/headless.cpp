@@ -12,6 +12,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <thread>
 #include <utility>
 
 #include "core/environment_error.hpp"
@@ -209,8 +210,11 @@ Result<void> HeadlessRun::make_live() {
     }
     const Rational own = session_.stream->frame_rate;
     end_ = first_ + std::max<std::int64_t>(1, std::llround(options_.seconds.value_or(10) * own.value()));
-    movie_ = media::VideoWriter::movie(options_.output, options_.width, options_.height, options_.frame_rate.value_or(own), {});
+    media::VideoWriter::Movie wanted;
+    if (session_.stream->sound) wanted.sound = Sound{session_.stream->sample_rate, session_.stream->channels, {}}, wanted.sound_later = true;
+    movie_ = media::VideoWriter::movie(options_.output, options_.width, options_.height, options_.frame_rate.value_or(own), std::move(wanted));
     render::Target target(options_.width, options_.height, render::live_smoothing());
+    std::int64_t last = first_;
     for (Result<PlayFrame> frame = std::move(first); ; frame = next_live()) {
         if (!frame.ok()) {
             fmt::print(stderr, "mien-play: {}; the movie ends there\n", frame.error().message);
@@ -219,9 +223,15 @@ Result<void> HeadlessRun::make_live() {
         if (frame->frame >= end_) break;
         MIEN_CHECK(movie_frame(*frame, target));
         tell(frame->frame);
+        last = frame->frame;
         if (frame->frame + 1 == end_) break;
     }
     written();
+    if (session_.stream->sound) {
+        const double from = double(first_) / own.value(), until = double(last + 1) / own.value(), patience = steady_seconds() + 0.5;
+        while (sound_.end() < until && steady_seconds() < patience && !stopped()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        if (const Sound sound = sound_.between(from, until); !sound.samples.empty()) movie_->set_sound(sound);
+    }
     movie_->finish();
     return {};
 }

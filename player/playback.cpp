@@ -88,10 +88,11 @@ std::optional<PlayFrame> Playback::tick(double now) {
 std::optional<PlayFrame> Playback::tick_live(double now) {
     constexpr double kSilence = 1;   // seconds without a frame
     if (paused_) return std::nullopt;
-    auto frame = session_.decode->take_live(now);
+    auto frame = session_.decode->take_live(now, sound_ ? sound_->heard() : std::nullopt);
     ended_ = !frame && session_.decode->drained();
     if (frame) {
         waiting_ = false;
+        shown_at_ = now;
         fresh_until_ = now + kSilence;
     } else if (ended_) {
         waiting_ = false;
@@ -105,6 +106,7 @@ std::optional<PlayFrame> Playback::tick_live(double now) {
 void Playback::toggle_pause(double now) {
     if (live()) {
         paused_ = !paused_;
+        if (sound_) paused_ ? sound_->pause() : sound_->play();
         return session_.source->pause(paused_);
     }
     if (ended_) return seek(now, 0);
@@ -200,8 +202,8 @@ double Playback::position(double now) const {
 
 std::optional<double> Playback::sound_lead(double now) const {
     const auto heard = sound_ ? sound_->heard() : std::nullopt;
-    if (!heard) return std::nullopt;
-    return *heard - clock_.at(now);
+    if (!heard || (live() && shown_at_ == 0)) return std::nullopt;
+    return *heard - (live() ? double(shown_frame_) / frame_rate_ + now - shown_at_ : clock_.at(now));
 }
 
 }  // namespace mien::player

@@ -66,6 +66,7 @@ private:
     bool show_next_ = true;                        // the next frame is shown whatever the time: after a seek or step
     bool stepped_ = false;                         // frame by frame while paused; sound did not follow
     std::int64_t shown_frame_ = 0;
+    double shown_at_ = 0;                          // live: when that was
     std::uint32_t stalls_ = 0;
     double volume_ = 1;
     std::optional<RungChooser> chooser_;           // of a recording with several rungs, from a server

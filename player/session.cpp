@@ -65,9 +65,10 @@ Result<Session> open_session(const std::string& input, SessionOptions options) {
     const auto chosen = std::make_shared<std::optional<std::size_t>>();
     options.source.slots = [chosen, sound = options.sound, first = options.sound_first, motion_rungs = options.motion_rungs, texture = options.texture](
                                const protocol::StreamHeader& header, std::optional<double> line) {
-        const FirstChoice choice = first_choice(header, header.frames == 0, sound, motion_rungs, texture, line);
+        const bool live = header.frames == 0;
+        const FirstChoice choice = first_choice(header, live, sound, motion_rungs, texture, line);
         *chosen = choice.texture_rung;
-        return first && choice.sound_slot ? std::uint64_t(1) << *choice.sound_slot : choice.slots;
+        return first && !live && choice.sound_slot ? std::uint64_t(1) << *choice.sound_slot : choice.slots;
     };
     MIEN_TRY(source, net::open_source(input, options.source));
     session.source = std::move(source);
@@ -89,7 +90,7 @@ Result<Session> open_session(const std::string& input, SessionOptions options) {
     if (options.source.refine && session.stream->growing)
         session.refiner = std::make_unique<Refiner>(*session.source, *session.stream, std::move(session.stream->growing));
     session.stream->growing.reset();
-    const bool sound_only = options.sound_first && session.stream->sound;
+    const bool sound_only = options.sound_first && session.stream->sound && !session.stream->live;
     session.decode = std::make_unique<DecodeThread>(
         *session.source, *session.stream,
         options.sound_sink ? options.sound_sink(*session.stream) : DecodeThread::SoundSink{}, options.delay);

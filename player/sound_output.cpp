@@ -49,6 +49,7 @@ struct SoundOutput::State {
     std::int64_t pushed_end = 0;             // one after the last pushed sample
     std::vector<ALuint> idle;                // buffers not queued
     std::deque<std::int64_t> queued_start;   // first sample of each buffer queued in the source
+    std::int64_t prebuffer = 0;              // samples
     bool playing = false, stopping = false;
     double rate = 1, volume = 1;
     bool muted = false;
@@ -160,7 +161,7 @@ void SoundOutput::State::feed() {
         take_back(ALint(before));
         alSourceRewind(source);
     }
-    if (playing && what != AL_PLAYING && !queued_start.empty()) alSourcePlay(source);
+    if (playing && what != AL_PLAYING && !queued_start.empty() && pushed_end - queued_start.front() >= prebuffer) alSourcePlay(source);
 }
 
 /// Empties the queue. The source is then as if it had never played (AL_INITIAL), and what is queued next waits to be played.
@@ -198,6 +199,11 @@ void SoundOutput::flush(double media) {
     s.blocks.clear();
     s.block_offset = 0;
     s.next_sample = s.pushed_end = std::llround(media * s.sample_rate);
+}
+
+void SoundOutput::set_prebuffer(double seconds) {
+    const std::lock_guard lock(state_->mutex);
+    state_->prebuffer = std::llround(seconds * state_->sample_rate);
 }
 
 void SoundOutput::play() {

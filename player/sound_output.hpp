@@ -19,6 +19,8 @@ public:
     /// Sound from `first_sample` on (samples since the start of the performance); ascending. Gaps become silence.
     void push(std::int64_t first_sample, Sound sound);
     void flush(double media);              ///< drops everything; the next sound heard is that of `media` seconds
+    /// So many seconds must wait before it begins, and begins again after it ran dry: what comes live comes unevenly.
+    void set_prebuffer(double seconds);
     void play();
     void pause();
     void set_rate(double rate);            ///< pitch changes with it

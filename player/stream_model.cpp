@@ -73,11 +73,11 @@ FirstChoice first_choice(const protocol::StreamHeader& header, bool live, bool w
         const auto ladder = protocol::rung_ladder(*track);
         for (std::size_t r = 0; r < ladder.size() && r < (live ? 1 : motion_rungs); ++r) choice.slots |= bit(ladder[r]->slot);
     }
-    if (live) return choice;
     if (const auto* track = with_sound ? first_track(header, TrackKind::sound) : nullptr) {
         choice.sound_slot = base_rung(*track).slot;
         choice.slots |= bit(*choice.sound_slot);
     }
+    if (live) return choice;
     if (const auto* track = first_track(header, TrackKind::texture)) {
         choice.texture_rung = first_rung(*track, texture, bits_of(header, choice.slots), line);
         choice.slots |= bit(protocol::texture_rung(*track, choice.texture_rung).slot);
@@ -154,11 +154,12 @@ Result<StreamModel> open_stream_model(const net::StreamSource& source, bool with
             break;
         }
     }
-    if (const auto* track = with_sound && !stream.live ? first_track(header, protocol::TrackKind::sound) : nullptr) {
+    if (const auto* track = with_sound ? first_track(header, protocol::TrackKind::sound) : nullptr) {
         MIEN_TRY(sound, decoder::SoundDecoder::create(*track, base_rung(*track)));
         stream.sound.emplace(std::move(sound));
         stream.sound_slot = base_rung(*track).slot;
         stream.sample_rate = int(std::get<protocol::SoundInfo>(track->info).sample_rate);
+        stream.channels = std::get<protocol::SoundInfo>(track->info).channels;
         stream.samples = std::int64_t(std::get<protocol::SoundInfo>(track->info).samples);
     }
     std::uint64_t others = stream.slots();

@@ -41,8 +41,8 @@ struct StreamModel {
     std::uint8_t sound_slot = 0;
     Rational frame_rate = {};
     std::int64_t frames = 0;                ///< 0: live, or a recording that was broken off
-    bool live = false;                      ///< comes while it is made; then its motion alone is shown
-    int sample_rate = 48000;
+    bool live = false;                      ///< comes while it is made; then its motion and sound alone are played
+    int sample_rate = 48000, channels = 1;   ///< of the sound
     std::int64_t samples = 0;               ///< of the sound, per channel; 0: not known
 
     std::uint64_t slots(std::size_t texture_rung) const;      ///< bit s: slot s is used, with this rung of the texture
@@ -58,7 +58,7 @@ struct StreamModel {
 };
 
 /// What to ask a source for before anything but its header is here, and the rung of texture that is among it (0 when there is no texture).
-/// `line`: bit/s, where it is known. Live streams: their motion alone.
+/// `line`: bit/s, where it is known. Live streams: their motion and sound alone.
 struct FirstChoice {
     std::uint64_t slots = 0;
     std::size_t texture_rung = 0;

@@ -17,6 +17,7 @@
 #include "net/url.hpp"
 #include "player/face_view.hpp"
 #include "player/headless.hpp"
+#include "player/live_sound.hpp"
 #include "player/overlay.hpp"
 #include "player/playback.hpp"
 #include "player/screenshot.hpp"
@@ -67,6 +68,7 @@ Opened open_stream(const Options& options, std::string input, std::shared_ptr<st
     wanted.sound_sink = [&](const StreamModel& stream) -> DecodeThread::SoundSink {
         if (stream.sound) opened.sound = SoundOutput::open(stream.sample_rate, &opened.no_sound);
         if (!opened.sound) return {};
+        if (stream.live) return [live = std::make_shared<LiveSound>(*opened.sound)](decoder::SoundDecoder::Block block) { live->add(std::move(block), steady_seconds()); };
         opened.sound->flush(0);
         return [sound = opened.sound.get()](decoder::SoundDecoder::Block block) {
             sound->push(block.first_sample, std::move(block.sound));

@@ -7,20 +7,22 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
-#include <map>
+#include <cmath>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include "core/environment_error.hpp"
 #include "io/clip_folder.hpp"
 #include "io/frame_packet.hpp"
+#include "io/rtp_packet.hpp"
 #include "player/face_view.hpp"
 #include "player/session.hpp"
 #include "render/context.hpp"
 #include "render/target.hpp"
 
 /// How long a frame is under way: from the moment its packet of markers is sent to `mien live` to the moment a player has its coefficients, and to the moment
-/// its picture is finished, by one clock.
+/// its picture is finished, by one clock. And sound: from the moment a sample would have been captured to the moment a player has it decoded.
 namespace {
 
 using namespace mien;
@@ -36,9 +38,10 @@ public:
         to_.sin_port = htons(port);
         to_.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     }
-    ~Socket() { ::close(socket_); }
-    Socket(const Socket&) = delete;
-    Socket& operator=(const Socket&) = delete;
+    Socket(Socket&& other) noexcept : socket_(std::exchange(other.socket_, -1)), to_(other.to_) {}
+    ~Socket() {
+        if (socket_ >= 0) ::close(socket_);
+    }
     void send(ByteView packet) const { (void)::sendto(socket_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to_), sizeof to_); }
 
 private:
@@ -76,11 +79,32 @@ private:
     render::Target target_;
 };
 
-Result<int> measure(const std::string& url, const std::string& folder, std::uint16_t port, double rate, double seconds, std::optional<Size> size) {
+/// Decoded sound as it comes.
+struct Ears {
+    struct Heard {
+        double end = 0, at = 0;   // of the stream, and steady: seconds
+    };
+    std::mutex mutex;
+    std::vector<Heard> heard;
+    std::atomic<bool> open{false};
+    void hear(const decoder::SoundDecoder::Block& block) {
+        if (!open) return;
+        const std::lock_guard lock(mutex);
+        heard.push_back({double(block.first_sample + block.sound.length()) / block.sound.sample_rate, seconds_now()});
+    }
+};
+
+Result<int> measure(const std::string& url, const std::string& folder, std::uint16_t port, std::optional<std::uint16_t> sound_port, double rate, double seconds,
+                    std::optional<Size> size) {
     MIEN_TRY(loaded, io::load_clip(folder));
     if (!loaded.clip.markers) return Error{ErrorCode::missing, "the clip has no markers"};
     const PointSequence& markers = *loaded.clip.markers;
-    MIEN_TRY(session, player::open_session(url, {}));
+    Ears ears;
+    player::SessionOptions options;
+    options.sound = sound_port.has_value();
+    options.sound_sink = [&](const player::StreamModel&) { return [&](decoder::SoundDecoder::Block block) { ears.hear(block); }; };
+    MIEN_TRY(session, player::open_session(url, options));
+    if (sound_port && !session.stream->sound) return Error{ErrorCode::missing, "the stream has no sound: start mien live with --sound-udp"};
     session.decode->start();
     const Socket socket(port);
     // What lies in the clip goes to and fro, so that no motion jumps.
@@ -109,8 +133,21 @@ Result<int> measure(const std::string& url, const std::string& folder, std::uint
 
     const auto count = std::uint32_t(seconds * rate);
     std::vector<std::atomic<double>> sent(count + 1);
+    const auto begun = Clock::now() + 100ms;
+    std::jthread voice;
+    if (sound_port) {
+        ears.open = true;
+        voice = std::jthread([&, to = Socket(*sound_port)](const std::stop_token& stop) {
+            Sound hum{48000, 1, std::vector<float>(480)};
+            for (std::size_t i = 0; i < hum.samples.size(); ++i) hum.samples[i] = 0.2f * std::sin(float(i) * 0.0654498f);   // five turns
+            const Bytes payload = io::encode_l16(hum);
+            for (std::uint32_t p = 0; !stop.stop_requested(); ++p) {
+                std::this_thread::sleep_until(begun + 10ms * (p + 1));
+                to.send(io::encode(io::RtpPacket{96, std::uint16_t(p), 480 * p, 1, payload}));
+            }
+        });
+    }
     std::thread sender([&] {
-        const auto begun = Clock::now() + 100ms;
         for (std::uint32_t s = 1; s <= count; ++s) {
             std::this_thread::sleep_until(begun + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(s / rate)));
             const Bytes bytes = packet(s);
@@ -142,6 +179,17 @@ Result<int> measure(const std::string& url, const std::string& folder, std::uint
     sender.join();
     if (delays.empty()) return Error{ErrorCode::unavailable, "no frame came back"};
     tell(fmt::format("{} of {} frames at {:g} Hz, to coefficients", delays.size(), count, rate), delays);
+    if (sound_port) {
+        voice.request_stop();
+        voice.join();
+        // Frame `base` + s is of begun + s / rate: so that is when a moment of the stream was captured.
+        const double zero = std::chrono::duration<double>(begun.time_since_epoch()).count() - double(base) / session.stream->frame_rate.value();
+        std::vector<double> late;
+        const std::lock_guard lock(ears.mutex);
+        for (const Ears::Heard& heard : ears.heard) late.push_back(1000 * (heard.at - (zero + heard.end)));
+        if (late.empty()) return Error{ErrorCode::unavailable, "no sound came back"};
+        tell(fmt::format("{} packets of sound of 10 ms, from the capture of the last sample by the pictures' clock to decoded samples", late.size()), late);
+    }
     if (!pictures.empty()) tell(fmt::format("{} pictures of {}, to the finished picture", pictures.size(), screen->name()), pictures);
     return 0;
 }
@@ -153,10 +201,12 @@ int main(int argc, char** argv) {
     std::string url, clip, size_text;
     std::optional<Size> size;
     std::uint16_t port = 0;
+    std::optional<std::uint16_t> sound_port;
     double rate = 60, seconds = 30;
     app.add_option("url", url, "mien://HOST[:PORT]/NAME that mien live publishes")->required();
     app.add_option("clip", clip, "Clip folder whose markers are sent")->required();
     app.add_option("--udp", port, "Port that mien live listens on")->required();
+    app.add_option("--sound-udp", sound_port, "Port that mien live takes sound on: sends a hum there, and measures that too");
     app.add_option("--fps", rate, "Packets per second")->check(CLI::PositiveNumber)->capture_default_str();
     app.add_option("--seconds", seconds, "How long")->check(CLI::PositiveNumber)->capture_default_str();
     app.add_option("--size", size_text, "WxH: draws what comes, without a window, and measures to the finished picture too")->check([&](const std::string& text) -> std::string {
@@ -170,7 +220,7 @@ int main(int argc, char** argv) {
     });
     CLI11_PARSE(app, argc, argv);
     try {
-        const auto code = measure(url, clip, port, rate, seconds, size);
+        const auto code = measure(url, clip, port, sound_port, rate, seconds, size);
         if (code.ok()) return *code;
         fmt::print(stderr, "mien-live-delay: {}\n", code.error().message);
     } catch (const EnvironmentError& error) {

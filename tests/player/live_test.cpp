@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <mutex>
 #include <thread>
 
 #include "net/publisher.hpp"
@@ -47,18 +48,34 @@ TEST(LiveClock, FollowsAStreamThatGoesOnLater) {
     EXPECT_EQ(clock.due(now), 119 - 3);
 }
 
+TEST(LiveClock, PicturesWaitForTheirSound) {
+    LiveClock clock(50, 0.02), at_once(50, 0);
+    for (int f = 0; f < 100; ++f) clock.arrived(f, 10 + f / 50.0), at_once.arrived(f, 10 + f / 50.0);
+    const double now = 10 + 99 / 50.0;
+    EXPECT_EQ(clock.due(now), 98);
+    for (int i = 0; i < 200; ++i) clock.follow_sound(now - 10 - 0.12, now), at_once.follow_sound(now - 10 - 0.12, now);   // heard 0.12 s after it came
+    EXPECT_EQ(clock.due(now), 93);
+    EXPECT_EQ(at_once.due(now), 99) << "without a delay nothing waits";
+    for (int i = 0; i < 200; ++i) clock.follow_sound(now - 10 - 5, now);
+    EXPECT_EQ(clock.due(now), 99 - 15) << "0.3 s at most";
+    for (int i = 0; i < 400; ++i) clock.follow_sound(now - 10, now);
+    EXPECT_EQ(clock.due(now), 98) << "never less than the delay";
+}
+
 /// The small stream, live: its server, and a publisher that sends frames when told.
 class LivePlayback : public testing::Test {
 protected:
-    LivePlayback() {
+    explicit LivePlayback(bool sound = false) {
         encoder::StreamOptions options;
         options.group_seconds = 0.5;
         options.motion.preset = encoder::MotionPreset::live;
         options.texture.reset();
-        auto made = encoder::encode_stream(small_clip(false, false), options);
+        auto made = encoder::encode_stream(small_clip(false, sound), options);
         if (!made.ok()) throw std::runtime_error(made.error().message);
         encoded_ = std::move(*made);
         encoded_.header.frames = 0;
+        for (protocol::Track& track : encoded_.header.tracks)
+            if (auto* info = std::get_if<protocol::SoundInfo>(&track.info)) info->samples = 0;
         start_server(0);
         publish();
     }
@@ -194,6 +211,88 @@ TEST_F(LivePlayback, GoesOnWhenItsServerHasBeenStartedAgain) {
     EXPECT_FALSE(playback_->ended());
     EXPECT_EQ(playback_->session().decode->damaged_groups(), 0u);
     EXPECT_GE(source.statistics().reconnects, 1u);
+}
+
+/// The same with its sound.
+class LiveWithSound : public LivePlayback {
+protected:
+    LiveWithSound() : LivePlayback(true) {
+        for (const protocol::Track& track : encoded_.header.tracks)
+            if (track.kind == protocol::TrackKind::sound) slot_ = track.rungs[0].slot;
+        for (const protocol::Group& group : encoded_.groups) (group.slot == slot_ ? voice_ : motion_).push_back(group);
+    }
+    void send_group(std::size_t g, std::optional<std::size_t> damaged = {}) {
+        for (const protocol::Group* group : {&motion_[g], &voice_[g]}) {
+            publisher_->start_group({group->slot, group->group, group->first_time, 1});
+            for (std::size_t i = 0; i < group->objects.size(); ++i)
+                publisher_->send({group->slot, group->slot == slot_ && damaged == i ? Bytes(3, std::byte(0xff)) : group->objects[i].bytes});
+        }
+    }
+    void listen() {
+        SessionOptions options;
+        options.sound_sink = [this](const StreamModel& stream) {
+            EXPECT_TRUE(stream.sound.has_value());
+            return [this](decoder::SoundDecoder::Block block) {
+                const std::lock_guard lock(mutex_);
+                blocks_.push_back(std::move(block));
+            };
+        };
+        auto session = open_session(net::to_string(url()), options);
+        ASSERT_TRUE(session.ok()) << session.error().message;
+        playback_ = std::make_unique<Playback>(std::move(*session), nullptr, false);
+    }
+    /// Sample after the last one heard, once it is at least `sample`.
+    std::int64_t heard_until(std::int64_t sample) {
+        for (const double end = now() + 20; now() < end; std::this_thread::sleep_for(1ms)) {
+            const std::lock_guard lock(mutex_);
+            if (!blocks_.empty() && blocks_.back().first_sample + blocks_.back().sound.length() >= sample) return blocks_.back().first_sample + blocks_.back().sound.length();
+        }
+        return -1;
+    }
+
+    std::uint8_t slot_ = 0;
+    std::vector<protocol::Group> motion_, voice_;
+    std::mutex mutex_;
+    std::vector<decoder::SoundDecoder::Block> blocks_;
+};
+
+TEST_F(LiveWithSound, IsHeardWithoutGapsFromTheGroupWhereOneJoins) {
+    send_group(0);
+    std::this_thread::sleep_for(50ms);
+    listen();
+    send_group(1);
+    send_group(2);
+    EXPECT_EQ(heard_until(72'000), 72'000);
+    ASSERT_FALSE(blocks_.empty());
+    std::int64_t next = blocks_.front().first_sample;
+    EXPECT_LE(next, 24'000) << "of the group that was under way, or the next";
+    double worst = 0;
+    for (const auto& block : blocks_) {
+        EXPECT_EQ(block.first_sample, next);
+        EXPECT_EQ(block.sound.length(), 960);
+        next += block.sound.length();
+        if (block.first_sample < blocks_.front().first_sample + 4800) continue;
+        for (std::int64_t i = 0; i < 960; ++i)
+            worst = std::max(worst, std::abs(double(block.sound.samples[std::size_t(i)]) - 0.3 * std::sin(0.05 * double(block.first_sample + i))));
+    }
+    EXPECT_LT(worst, 0.1) << "the sine goes on across groups";
+}
+
+TEST_F(LiveWithSound, ADamagedPacketIsSilentUpToTheNextGroup) {
+    listen();
+    send_group(0, 10);
+    send_group(1);
+    EXPECT_EQ(heard_until(48'000), 48'000);
+    bool in_gap = false, after = false;
+    const std::int64_t lost = (10 - 4) * 960;   // four packets warm a decoder up
+    for (const auto& block : blocks_) {
+        in_gap = in_gap || (block.first_sample >= lost && block.first_sample < 24'000);
+        after = after || block.first_sample == 24'000;
+    }
+    EXPECT_FALSE(in_gap);
+    EXPECT_TRUE(after);
+    EXPECT_EQ(playback_->session().decode->damaged_groups(), 1u);
+    EXPECT_EQ(shown_until(9).back(), 9) << "pictures go on";
 }
 
 }  // namespace

@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <thread>
 
+#include "player/live_sound.hpp"
+
 namespace mien::player {
 namespace {
 
@@ -85,6 +87,32 @@ TEST_F(SoundOutputTest, GoesOnByItselfAfterRunningDry) {
     const auto heard = wait_heard(true);
     ASSERT_TRUE(heard);
     EXPECT_LE(*heard, 0.1 + (now() - begun) + kAhead);
+}
+
+TEST_F(SoundOutputTest, LiveSoundBeginsWithTheLastOfABacklogAndWithTheNewestAfterABreak) {
+    LiveSound live(*sound_);
+    const auto add = [&](double at, double came) { live.add({std::llround(at * kRate), quiet(0.01)}, came); };
+    const double joined = now();
+    for (int b = 0; b < 100; ++b) add(b * 0.01, joined);   // the group that is under way, at once
+    double at = 1;
+    const auto go_on = [&](int blocks) {
+        std::optional<double> first;
+        for (int b = 0; b < blocks; ++b, at += 0.01) {
+            std::this_thread::sleep_for(10ms);
+            add(at, now());
+            if (!first) first = sound_->heard();
+        }
+        return first;
+    };
+    const auto first = go_on(80);
+    ASSERT_TRUE(first);
+    EXPECT_GE(*first, 0.95 - kAhead);
+    EXPECT_LE(*first, at);
+    at = 7;   // the sender was away, or a pause
+    go_on(80);
+    const auto after = wait_heard(true);
+    ASSERT_TRUE(after);
+    EXPECT_GE(*after, 7 - kAhead);
 }
 
 }  // namespace
