@@ -81,8 +81,8 @@ private:
     const Options& options_;
     double process_start_;
     Statistics statistics_;
+    SoundTrack sound_;                     // outlives the decode thread of the session, which fills it
     Session session_;
-    SoundTrack sound_;
     std::optional<render::OffscreenContext> context_;
     std::optional<FaceView> face_;
     std::unique_ptr<TruthView> truth_;
