@@ -6,12 +6,29 @@
 #include <limits>
 
 #include "core/parallel.hpp"
+#include "core/wide.hpp"
 
 namespace mien::analysis {
 namespace {
 
 constexpr std::size_t kSparse = 1500;
 constexpr std::int64_t kBlock = 1024;  // texels that one thread takes at a time
+
+/// Weights of samples of weight 1 by their distance from what `planes` [value][term] say; those of weight 0 keep it.
+MIEN_LOOP weigh_loop(const double* x, const double* y, const double* planes, int terms, int values, double scale, double* weights) {
+    constexpr int n = NormalEquations::kTogether;
+    double squares[n] = {};
+    for (int v = 0; v < values; ++v) {
+        double left[n];
+        for (int f = 0; f < n; ++f) left[f] = y[v * n + f];
+        for (int k = 0; k < terms; ++k)
+            for (int f = 0; f < n; ++f) left[f] -= planes[v * terms + k] * x[k * n + f];
+        for (int f = 0; f < n; ++f) squares[f] += left[f] * left[f];
+    }
+    for (int f = 0; f < n; ++f) weights[f] /= std::sqrt(1 + squares[f] / (scale * scale));
+}
+MIEN_WIDE(weigh, (const double* x, const double* y, const double* planes, int terms, int values, double scale, double* weights),
+          (x, y, planes, terms, values, scale, weights))
 
 }  // namespace
 
@@ -23,25 +40,43 @@ LayerFit::LayerFit(int predictors, int values, std::size_t texels, int folds)
 }
 
 void LayerFit::add(const std::vector<Frame>& batch) {
-    const auto n = std::int64_t(texels_);
-    const int values = equations_.values();
-    parallel_for((n + kBlock - 1) / kBlock, [&](std::int64_t block) {
-        std::vector<double> x(std::size_t(equations_.predictors())), y(static_cast<std::size_t>(values));
-        for (std::int64_t i = block * kBlock; i < std::min(n, (block + 1) * kBlock); ++i) {
+    constexpr int n = NormalEquations::kTogether;
+    const int values = equations_.values(), predictors = equations_.predictors();
+    const auto texels = std::int64_t(texels_);
+    parallel_for((texels + kBlock - 1) / kBlock, [&](std::int64_t block) {
+        const auto sized = [](int size) { return std::vector<double>(static_cast<std::size_t>(size)); };
+        auto x = sized(predictors * n), y = sized(values * n), planes = sized(values * terms_), one = sized(predictors), own = sized(values);
+        double weights[n];
+        for (std::int64_t i = block * kBlock; i < std::min(texels, (block + 1) * kBlock); ++i) {
             const auto sparse = std::lower_bound(sparse_.begin(), sparse_.end(), std::uint32_t(i));
             const bool apart = sparse != sparse_.end() && *sparse == std::uint32_t(i);
-            for (const Frame& frame : batch) {
-                bool seen = true;
-                for (int v = 0; v < values; ++v) {
-                    y[std::size_t(v)] = double(frame.values[std::size_t(v) * texels_ + std::size_t(i)]);
-                    seen &= std::isfinite(y[std::size_t(v)]);
+            for (std::size_t k = 0; k < planes.size(); ++k) planes[k] = double(planes_[k * texels_ + std::size_t(i)]);
+            for (std::size_t first = 0; first < batch.size(); first += n) {
+                const int count = int(std::min<std::size_t>(n, batch.size() - first));
+                bool any = false;
+                for (int f = 0; f < n; ++f) {
+                    weights[f] = f < count ? 1 : 0;
+                    for (int v = 0; v < values && weights[f] > 0; ++v) {
+                        const float value = batch[first + std::size_t(f)].values[std::size_t(v) * texels_ + std::size_t(i)];
+                        y[std::size_t(v * n + f)] = double(value);
+                        if (!std::isfinite(value)) weights[f] = 0;
+                    }
+                    if (weights[f] > 0) batch[first + std::size_t(f)].predictors(std::uint32_t(i), one.data()), any = true;
+                    else std::fill(one.begin(), one.end(), 0.0);
+                    for (int k = 0; k < predictors; ++k) x[std::size_t(k * n + f)] = one[std::size_t(k)];
+                    for (int v = 0; v < values && weights[f] == 0; ++v) y[std::size_t(v * n + f)] = 0;
                 }
-                if (!seen) continue;
-                frame.predictors(std::uint32_t(i), x.data());
-                const double w = weight(std::size_t(i), x.data(), y.data());
-                equations_.add({sums_.data() + std::size_t(i) * equations_.size(), equations_.size()}, x.data(), y.data(), w);
-                if (apart)
-                    equations_.add({by_fold_.data() + sparse_at(frame.fold, std::size_t(sparse - sparse_.begin())), equations_.size()}, x.data(), y.data(), w);
+                if (!any) continue;
+                if (!planes.empty()) weigh(x.data(), y.data(), planes.data(), terms_, values, scale_, weights);
+                equations_.add_together({sums_.data() + std::size_t(i) * equations_.size(), equations_.size()}, x.data(), y.data(), weights);
+                if (!apart) continue;
+                for (int f = 0; f < count; ++f) {
+                    if (weights[f] == 0) continue;
+                    for (int k = 0; k < predictors; ++k) one[std::size_t(k)] = x[std::size_t(k * n + f)];
+                    for (int v = 0; v < values; ++v) own[std::size_t(v)] = y[std::size_t(v * n + f)];
+                    double* fold = by_fold_.data() + sparse_at(batch[first + std::size_t(f)].fold, std::size_t(sparse - sparse_.begin()));
+                    equations_.add({fold, equations_.size()}, one.data(), own.data(), weights[f]);
+                }
             }
         }
     });
@@ -67,17 +102,6 @@ void LayerFit::keep(const std::vector<std::uint32_t>& texels) {
     sums_.resize(texels_ * size);
     sparse_ = std::move(sparse);
     by_fold_ = std::move(by_fold);
-}
-
-double LayerFit::weight(std::size_t texel, const double* x, const double* y) const {
-    if (planes_.empty()) return 1;
-    double squares = 0;
-    for (int v = 0; v < values(); ++v) {
-        double left = y[v];
-        for (int k = 0; k < terms_; ++k) left -= double(planes_[std::size_t(v * terms_ + k) * texels_ + texel]) * x[k];
-        squares += left * left;
-    }
-    return 1 / std::sqrt(1 + squares / (scale_ * scale_));
 }
 
 void LayerFit::reweigh(std::vector<float> planes, int terms, double scale) {

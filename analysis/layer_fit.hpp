@@ -48,7 +48,6 @@ private:
     /// RMS distance that the fit leaves, of some thousand texels.
     std::vector<double> errors(int terms, const std::vector<int>& degrees, const Ridge& ridge) const;
     std::span<const double> sums(std::size_t texel) const { return {sums_.data() + texel * equations_.size(), equations_.size()}; }
-    double weight(std::size_t texel, const double* x, const double* y) const;
     std::size_t sparse_at(int fold, std::size_t k) const { return (std::size_t(fold) * sparse_.size() + k) * equations_.size(); }
 
     NormalEquations equations_;

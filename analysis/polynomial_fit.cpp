@@ -6,6 +6,8 @@
 
 #include <Eigen/Core>
 
+#include "core/wide.hpp"
+
 namespace mien::analysis {
 namespace {
 
@@ -40,6 +42,33 @@ Vector solve_in_order(Matrix A, Vector b, const Vector& scale) {
     return x;
 }
 
+/// Sum of a b, four by four so that it is the same on every processor.
+[[gnu::always_inline]] inline double dot(const double* a, const double* b) {
+    double sums[4] = {0, 0, 0, 0};
+    for (int f = 0; f < NormalEquations::kTogether; f += 4)
+        for (int l = 0; l < 4; ++l) sums[l] += a[f + l] * b[f + l];
+    return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+}
+
+MIEN_LOOP add_products_loop(const double* x, const double* y, const double* w, int predictors, int values, double* at) {
+    constexpr int n = NormalEquations::kTogether;
+    double weighted[kMost * n], one[n];
+    for (int f = 0; f < n; ++f) one[f] = 1;
+    for (int i = 0; i < predictors; ++i)
+        for (int f = 0; f < n; ++f) weighted[i * n + f] = w[f] * x[i * n + f];
+    *at++ += dot(w, one);
+    for (int i = 0; i < predictors; ++i)
+        for (int j = i; j < predictors; ++j) *at++ += dot(weighted + i * n, x + j * n);
+    for (int v = 0; v < values; ++v)
+        for (int i = 0; i < predictors; ++i) *at++ += dot(weighted + i * n, y + v * n);
+    for (int v = 0; v < values; ++v) {
+        double wy[n];
+        for (int f = 0; f < n; ++f) wy[f] = w[f] * y[v * n + f];
+        *at++ += dot(wy, y + v * n);
+    }
+}
+MIEN_WIDE(add_products, (const double* x, const double* y, const double* w, int predictors, int values, double* at), (x, y, w, predictors, values, at))
+
 }  // namespace
 
 NormalEquations::NormalEquations(int predictors, int values)
@@ -57,6 +86,10 @@ void NormalEquations::add(std::span<double> sums, const double* x, const double*
     for (int v = 0; v < values_; ++v)
         for (int i = 0; i < predictors_; ++i) *at++ += weight * x[i] * y[v];
     for (int v = 0; v < values_; ++v) *at++ += weight * y[v] * y[v];
+}
+
+void NormalEquations::add_together(std::span<double> sums, const double* x, const double* y, const double* weights) const {
+    add_products(x, y, weights, predictors_, values_, sums.data());
 }
 
 double NormalEquations::moment(std::span<const double> sums, int i, int j) const {

@@ -217,7 +217,8 @@ private:
         return parts * take + int(parts * (frame - first) / (end - first));
     }
 
-    static std::int64_t lanes() { return 2 * std::int64_t(thread_count()); }
+    /// Frames that are taken together.
+    static std::int64_t lanes() { return std::max<std::int64_t>(NormalEquations::kTogether, 2 * std::int64_t(thread_count())); }
 
     /// A layer and where its texels are.
     struct Placed {

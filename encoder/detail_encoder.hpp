@@ -15,7 +15,7 @@ namespace mien::encoder {
 struct DetailOptions {
     /// RMS that coding may add to a layer over the training frames: mm, per texel; albedo: of its three channels together, linear.
     /// The defaults are far below what a face scanner resolves and what is seen.
-    double medium = 0.02, fine = 0.002, albedo = 0.0006;
+    double medium = 0.02, fine = 0.002, albedo = 0.00055;
     /// Bytes of the medium and the fine map, and of all maps; 0: no bound. Map by map the error grows, and a stage goes with each doubling, until
     /// it is kept; the medium map may take half of what it shares.
     std::size_t most_shape_bytes = 0, most_map_bytes = 0;

@@ -173,7 +173,7 @@ void add_train(CLI::App& mien, int& code) {
     command->add_option("--reach", request->reach, "Skin farther from every marker than this has no detail, mm")->check(above_zero())->capture_default_str();
     command->add_option("--high-pass", request->high_pass, "Width of what the medium layer is left to carry, mm")->check(above_zero())->capture_default_str();
     command->add_option("--kbytes", request->most_kilobytes, "Largest size of the model file, kB: its error grows until it fits")->check(above_zero());
-    command->add_option("--coding-error", request->coding_errors, "RMS that storing may add to the medium layer (mm), the fine one (mm) and albedo (linear, 0 to 1) (default: 0.02, a tenth of the fit's own error but at most 0.002, 0.0006; within 200 kB of medium and fine layer and 800 kB of all)")
+    command->add_option("--coding-error", request->coding_errors, "RMS that storing may add to the medium layer (mm), the fine one (mm) and albedo (linear, 0 to 1) (default: 0.02, a tenth of the fit's own error but at most 0.002, 0.00055; within 200 kB of medium and fine layer and 800 kB of all)")
         ->delimiter(',')->expected(3)->check(above_zero());
     command->add_option("--report", request->report, "Folder for figures, tables and error maps; also fits and measures other orders and two rivals");
     command->add_option("--on", request->on, "Clips with scans that were not trained on, for the report")->check(CLI::ExistingPath);

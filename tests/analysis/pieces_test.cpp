@@ -67,6 +67,26 @@ TEST(NormalEquations, WhatSamplesDoNotTellApartIsZero) {
     EXPECT_EQ(out[5], 0);
 }
 
+TEST(NormalEquations, SixteenTogetherAreSixteenOneByOne) {
+    constexpr int n = NormalEquations::kTogether, predictors = 6, values = 3;
+    const NormalEquations equations(predictors, values);
+    std::mt19937 random(4);
+    std::normal_distribution<double> normal;
+    std::vector<double> x(predictors * n), y(values * n), weights(n), together(equations.size(), 0.5), alone = together;
+    for (double& v : x) v = normal(random);
+    for (double& v : y) v = normal(random);
+    for (double& w : weights) w = std::abs(normal(random));
+    weights[3] = weights[15] = 0;
+    equations.add_together(together, x.data(), y.data(), weights.data());
+    for (int f = 0; f < n; ++f) {
+        double one[predictors], own[values];
+        for (int k = 0; k < predictors; ++k) one[k] = x[std::size_t(k * n + f)];
+        for (int v = 0; v < values; ++v) own[v] = y[std::size_t(v * n + f)];
+        equations.add(alone, one, own, weights[std::size_t(f)]);
+    }
+    for (std::size_t k = 0; k < together.size(); ++k) EXPECT_NEAR(together[k], alone[k], 1e-12) << k;
+}
+
 TEST(NormalEquations, AWeightCountsAsSoManySamples) {
     const NormalEquations equations(3, 2);
     std::vector<double> weighted(equations.size()), repeated(equations.size());
