@@ -19,7 +19,7 @@ Result<SoundFormat> parse_sound_format(const std::string& text) {
 std::int64_t SampleCounter::count(const io::RtpPacket& packet, std::int64_t samples) {
     const std::int64_t step = static_cast<std::int32_t>(packet.timestamp - timestamp_);
     const bool follows = source_ == packet.source && step > -std::int64_t(sample_rate_) && step < 10 * std::int64_t(sample_rate_);
-    at_ = follows ? at_ + step : end_;
+    at_ = follows ? at_ + step : source_ ? end_ + 2 * std::int64_t(sample_rate_) : 0;
     source_ = packet.source;
     timestamp_ = packet.timestamp;
     end_ = std::max(end_, at_ + samples);

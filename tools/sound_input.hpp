@@ -25,7 +25,8 @@ struct CapturedSound {
     Sound sound;
 };
 
-/// What of a sender's 32-bit timestamps a packet's is, counted on for ever. A new sender, or one that has begun anew, is counted on from where the last one was.
+/// What of a sender's 32-bit timestamps a packet's is, counted on for ever. A new sender, or one that has begun anew, counts on two seconds after the last one:
+/// so far apart that nobody takes it for the same sound.
 class SampleCounter {
 public:
     explicit SampleCounter(int sample_rate) : sample_rate_(sample_rate) {}

@@ -292,6 +292,40 @@ TEST_F(LiveSessionTest, SoundWithoutPicturesDoesNotPileUp) {
     EXPECT_GT(back.sound->seconds(), 1.5);
 }
 
+TEST_F(LiveSessionTest, SoundIsRightAgainAtOnceAfterItsSenderOrThePicturesWereAway) {
+    const Clip clip = marker_clip(0.5);
+    const Sound sound = clicks(6);
+    LiveOptions options;
+    options.recording = folder_ / "live.mien";
+    options.sound = encoder::LiveSoundOptions{48000, 1, 64};
+    auto session = LiveSession::start(take_, options);
+    ASSERT_TRUE(session.ok());
+    const double begin = 50;
+    std::int64_t sent = 0;
+    double away = 0;   // seconds for which nothing came, pictures and sound
+    const auto run = [&](std::int64_t first, std::int64_t end, std::int64_t sound_offset) {
+        for (std::int64_t f = first; f < end; ++f) {
+            const double now = begin + away + double(f) / 30;
+            for (; 0.01 * double(sent + 1) <= double(f) / 30; ++sent)
+                ASSERT_TRUE((*session)->add_sound({480 * sent + sound_offset, {48000, 1, {sound.samples.begin() + 480 * sent, sound.samples.begin() + 480 * (sent + 1)}}},
+                                                  begin + away + 0.01 * double(sent + 1)).ok());
+            ASSERT_TRUE((*session)->add(captured(clip, f % kFrames, std::uint32_t(f)), now).ok());
+        }
+    };
+    run(0, 60, 0);
+    away = 7;              // both go on seven seconds later; frames count on, and another sender's samples from elsewhere
+    run(60, 150, 200'000);
+    (*session)->finish();
+    const Clip back = decoded(folder_ / "live.mien");
+    ASSERT_TRUE(back.sound);
+    EXPECT_EQ(back.frame_count(), 150);
+    for (int click = 30; click < 48; ++click) {   // from the first group on that is whole after it
+        double most = 0;
+        for (auto i = std::int64_t((0.05 + 0.1 * click - 0.004) * 48000); i < std::int64_t((0.05 + 0.1 * click + 0.006) * 48000); ++i) most = std::max(most, double(std::abs(back.sound->samples[std::size_t(i)])));
+        EXPECT_GT(most, 0.3) << click;
+    }
+}
+
 TEST(SampleCounter, CountsOnThroughWrapsAndNewSenders) {
     SampleCounter counter(48000);
     const auto at = [&](std::uint32_t timestamp, std::uint32_t source) { return counter.count({.timestamp = timestamp, .source = source}, 480); };
@@ -299,9 +333,9 @@ TEST(SampleCounter, CountsOnThroughWrapsAndNewSenders) {
     EXPECT_EQ(at(0xffffff00 + 480, 1), 480) << "past the largest number";
     EXPECT_EQ(at(0xffffff00, 1), 0) << "late";
     EXPECT_EQ(at(0xffffff00 + 1440, 1), 1440) << "one lost";
-    EXPECT_EQ(at(7, 2), 1920) << "another sender";
-    EXPECT_EQ(at(487, 2), 2400);
-    EXPECT_EQ(at(487 + 48000 * 20, 2), 2880) << "begun anew";
+    EXPECT_EQ(at(7, 2), 1920 + 96000) << "another sender";
+    EXPECT_EQ(at(487, 2), 2400 + 96000);
+    EXPECT_EQ(at(487 + 48000 * 20, 2), 2880 + 2 * 96000) << "begun anew";
 }
 
 TEST(SoundFormat, IsARateAndPerhapsChannels) {
