@@ -36,10 +36,10 @@ struct SmallFace {
     }
 };
 
-/// The same, three times as wide: beyond what the markers ever did.
+/// The same, ten times as wide: beyond what the markers ever did.
 model::Motion beyond() {
     model::Motion instant = SmallFace::instant();
-    instant.coefficients *= 3;
+    instant.coefficients *= 10;
     return instant;
 }
 
@@ -60,6 +60,16 @@ TEST_F(DetailGLTest, TheGpuMovesVerticesAsTheCpuDoes) {
         truth = model::evaluate(small.face, small.composed, instant);
         EXPECT_LE((renderer.read_positions() - truth).rowwise().norm().maxCoeff(), 1e-3f);
     }
+
+    model::DetailModel unbounded = small.face.detail->model();
+    unbounded.axes.extents.resize(0);
+    model::FaceModel free = small.face;
+    free.detail = std::make_shared<model::DetailLayers>(unbounded);
+    const auto torn = [&](const model::Motion& instant) {
+        return (model::evaluate(free, small.composed, instant) - model::evaluate(small.face, small.composed, instant)).rowwise().norm().maxCoeff();
+    };
+    EXPECT_GT(torn(beyond()), 0.1f) << "mm: beyond() is";
+    EXPECT_LE(torn(SmallFace::instant()), 1e-3f) << "and this is not";
 
     Look plain;
     plain.steps.medium = false;
