@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "analysis/frame_predictors.hpp"
 #include "core/parallel.hpp"
 
 namespace mien::analysis {
@@ -148,14 +149,14 @@ Result<Evaluation> evaluate_clip(const TrainedModel& trained, const Clip& clip, 
                 return;
             }
             ready.drive = std::make_unique<FramePredictors>(trained, head_space_markers(clip, frame, rest, trained.driver->mesh().neutral));
-            const model::DrivenFrame& driven = ready.drive->frame();
+            const Points base = ready.drive->base();
             ready.medium.resize(3 * model.medium_domain.size());
-            medium_target(scan->medium, model.neutral, model.medium_domain, where, driven.base, ready.medium.data());
+            medium_target(scan->medium, model.neutral, model.medium_domain, where, base, ready.medium.data());
             std::vector<float> medium(ready.medium.size());
-            model::evaluate(model.medium, model.medium_domain, driven.parameters, medium.data());
+            model::evaluate(model.medium, model.medium_domain, ready.drive->parameters(), medium.data());
             const std::size_t n = model.fine_domain.size();
             ready.fine.resize(n);
-            fine_target.compute(*scan, driven.base, medium.data(), ready.fine.data());
+            fine_target.compute(*scan, base, medium.data(), ready.fine.data());
             if (!albedo) return;
             ready.albedo.resize(3 * n);
             for (std::size_t k = 0; k < n; ++k)

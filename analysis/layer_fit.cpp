@@ -14,21 +14,21 @@ namespace {
 constexpr std::size_t kSparse = 1500;
 constexpr std::int64_t kBlock = 1024;  // texels that one thread takes at a time
 
-/// Weights of samples of weight 1 by their distance from what `planes` [value][term] say; those of weight 0 keep it.
-MIEN_LOOP weigh_loop(const double* x, const double* y, const double* planes, int terms, int values, double scale, double* weights) {
-    constexpr int n = NormalEquations::kTogether;
-    double squares[n] = {};
+/// Weighs n samples by their distance from what `planes` [value][term] say; those of weight 0 keep it. `left`: room for n numbers, twice.
+MIEN_LOOP weigh_loop(const double* x, const double* y, const double* planes, int n, int terms, int values, double scale, double* left, double* weights) {
+    double* const squares = left + n;
+    for (int f = 0; f < n; ++f) squares[f] = 0;
     for (int v = 0; v < values; ++v) {
-        double left[n];
         for (int f = 0; f < n; ++f) left[f] = y[v * n + f];
         for (int k = 0; k < terms; ++k)
             for (int f = 0; f < n; ++f) left[f] -= planes[v * terms + k] * x[k * n + f];
         for (int f = 0; f < n; ++f) squares[f] += left[f] * left[f];
     }
-    for (int f = 0; f < n; ++f) weights[f] /= std::sqrt(1 + squares[f] / (scale * scale));
+    const double inverse = 1 / (scale * scale);
+    for (int f = 0; f < n; ++f) weights[f] /= std::sqrt(1 + squares[f] * inverse);
 }
-MIEN_WIDE(weigh, (const double* x, const double* y, const double* planes, int terms, int values, double scale, double* weights),
-          (x, y, planes, terms, values, scale, weights))
+MIEN_WIDE(weigh, (const double* x, const double* y, const double* planes, int n, int terms, int values, double scale, double* left, double* weights),
+          (x, y, planes, n, terms, values, scale, left, weights))
 
 }  // namespace
 
@@ -39,44 +39,37 @@ LayerFit::LayerFit(int predictors, int values, std::size_t texels, int folds)
     by_fold_.assign(std::size_t(folds) * sparse_.size() * equations_.size(), 0);
 }
 
-void LayerFit::add(const std::vector<Frame>& batch) {
-    constexpr int n = NormalEquations::kTogether;
-    const int values = equations_.values(), predictors = equations_.predictors();
+void LayerFit::add(const std::vector<Frame>& batch, const Drive& drive) {
+    if (batch.empty()) return;
+    const int values = equations_.values(), predictors = equations_.predictors(), n = NormalEquations::padded(batch.size());
     const auto texels = std::int64_t(texels_);
     parallel_for((texels + kBlock - 1) / kBlock, [&](std::int64_t block) {
         const auto sized = [](int size) { return std::vector<double>(static_cast<std::size_t>(size)); };
-        auto x = sized(predictors * n), y = sized(values * n), planes = sized(values * terms_), one = sized(predictors), own = sized(values);
-        double weights[n];
+        auto x = sized(predictors * n), y = sized(values * n), weights = sized(n), room = sized(2 * n), planes = sized(values * terms_), one = sized(predictors), own = sized(values);
         for (std::int64_t i = block * kBlock; i < std::min(texels, (block + 1) * kBlock); ++i) {
+            std::fill(weights.begin(), weights.begin() + std::ptrdiff_t(batch.size()), 1.0);
+            for (int v = 0; v < values; ++v)
+                for (std::size_t f = 0; f < batch.size(); ++f) {
+                    const float value = batch[f].values[std::size_t(v) * texels_ + std::size_t(i)];
+                    const bool seen = std::isfinite(value);
+                    y[std::size_t(v * n) + f] = seen ? double(value) : 0.0;
+                    weights[f] = seen ? weights[f] : 0.0;
+                }
+            if (std::none_of(weights.begin(), weights.end(), [](double w) { return w > 0; })) continue;
+            drive(std::uint32_t(i), x.data());
+            if (!planes_.empty()) {
+                for (std::size_t k = 0; k < planes.size(); ++k) planes[k] = double(planes_[k * texels_ + std::size_t(i)]);
+                weigh(x.data(), y.data(), planes.data(), n, terms_, values, scale_, room.data(), weights.data());
+            }
+            equations_.add_together({sums_.data() + std::size_t(i) * equations_.size(), equations_.size()}, n, x.data(), y.data(), weights.data());
             const auto sparse = std::lower_bound(sparse_.begin(), sparse_.end(), std::uint32_t(i));
-            const bool apart = sparse != sparse_.end() && *sparse == std::uint32_t(i);
-            for (std::size_t k = 0; k < planes.size(); ++k) planes[k] = double(planes_[k * texels_ + std::size_t(i)]);
-            for (std::size_t first = 0; first < batch.size(); first += n) {
-                const int count = int(std::min<std::size_t>(n, batch.size() - first));
-                bool any = false;
-                for (int f = 0; f < n; ++f) {
-                    weights[f] = f < count ? 1 : 0;
-                    for (int v = 0; v < values && weights[f] > 0; ++v) {
-                        const float value = batch[first + std::size_t(f)].values[std::size_t(v) * texels_ + std::size_t(i)];
-                        y[std::size_t(v * n + f)] = double(value);
-                        if (!std::isfinite(value)) weights[f] = 0;
-                    }
-                    if (weights[f] > 0) batch[first + std::size_t(f)].predictors(std::uint32_t(i), one.data()), any = true;
-                    else std::fill(one.begin(), one.end(), 0.0);
-                    for (int k = 0; k < predictors; ++k) x[std::size_t(k * n + f)] = one[std::size_t(k)];
-                    for (int v = 0; v < values && weights[f] == 0; ++v) y[std::size_t(v * n + f)] = 0;
-                }
-                if (!any) continue;
-                if (!planes.empty()) weigh(x.data(), y.data(), planes.data(), terms_, values, scale_, weights);
-                equations_.add_together({sums_.data() + std::size_t(i) * equations_.size(), equations_.size()}, x.data(), y.data(), weights);
-                if (!apart) continue;
-                for (int f = 0; f < count; ++f) {
-                    if (weights[f] == 0) continue;
-                    for (int k = 0; k < predictors; ++k) one[std::size_t(k)] = x[std::size_t(k * n + f)];
-                    for (int v = 0; v < values; ++v) own[std::size_t(v)] = y[std::size_t(v * n + f)];
-                    double* fold = by_fold_.data() + sparse_at(batch[first + std::size_t(f)].fold, std::size_t(sparse - sparse_.begin()));
-                    equations_.add({fold, equations_.size()}, one.data(), own.data(), weights[f]);
-                }
+            if (sparse == sparse_.end() || *sparse != std::uint32_t(i)) continue;
+            for (std::size_t f = 0; f < batch.size(); ++f) {
+                if (weights[f] == 0) continue;
+                for (int k = 0; k < predictors; ++k) one[std::size_t(k)] = x[std::size_t(k * n) + f];
+                for (int v = 0; v < values; ++v) own[std::size_t(v)] = y[std::size_t(v * n) + f];
+                double* fold = by_fold_.data() + sparse_at(batch[f].fold, std::size_t(sparse - sparse_.begin()));
+                equations_.add({fold, equations_.size()}, one.data(), own.data(), weights[f]);
             }
         }
     });
@@ -115,14 +108,12 @@ void LayerFit::reweigh(std::vector<float> planes, int terms, double scale) {
 
 std::vector<double> LayerFit::errors(int terms, const std::vector<int>& degrees, const Ridge& ridge) const {
     std::vector<double> errors;
-    std::vector<double> coefficients(static_cast<std::size_t>(terms));
+    std::vector<double> coefficients(std::size_t(values() * terms));
     for (const std::uint32_t texel : sparse_) {
         if (equations_.count(sums(texel)) == 0) continue;
+        equations_.solve(sums(texel), terms, degrees, ridge, coefficients.data());
         double squares = 0;
-        for (int v = 0; v < values(); ++v) {
-            equations_.solve(sums(texel), v, terms, degrees, ridge, coefficients.data());
-            squares += equations_.squared_error(sums(texel), v, terms, coefficients.data());
-        }
+        for (int v = 0; v < values(); ++v) squares += equations_.squared_error(sums(texel), v, terms, coefficients.data() + v * terms);
         errors.push_back(std::sqrt(squares / equations_.count(sums(texel))));
     }
     return errors;
@@ -156,14 +147,14 @@ double LayerFit::noise_for(double share, int terms, const std::vector<int>& degr
 double LayerFit::left_out_error(int terms, const std::vector<int>& degrees, const Ridge& ridge) const {
     std::vector<double> errors(sparse_.size(), 0), counts(sparse_.size(), 0);
     parallel_for(std::int64_t(sparse_.size()), [&](std::int64_t k) {
-        std::vector<double> rest(equations_.size()), coefficients(static_cast<std::size_t>(terms));
+        std::vector<double> rest(equations_.size()), coefficients(std::size_t(values() * terms));
         for (int fold = 0; fold < folds_; ++fold) {
             const std::span<const double> own(by_fold_.data() + sparse_at(fold, std::size_t(k)), equations_.size());
             if (equations_.count(own) == 0) continue;
             for (std::size_t i = 0; i < rest.size(); ++i) rest[i] = sums(sparse_[std::size_t(k)])[i] - (folds_ > 1 ? own[i] : 0);
-            for (int v = 0; v < equations_.values(); ++v) {
-                equations_.solve(rest, v, terms, degrees, ridge, coefficients.data());
-                errors[std::size_t(k)] += equations_.squared_error(own, v, terms, coefficients.data());
+            equations_.solve(rest, terms, degrees, ridge, coefficients.data());
+            for (int v = 0; v < values(); ++v) {
+                errors[std::size_t(k)] += equations_.squared_error(own, v, terms, coefficients.data() + v * terms);
                 counts[std::size_t(k)] += equations_.count(own);
             }
         }
@@ -179,13 +170,11 @@ std::vector<float> LayerFit::solve(int terms, const std::vector<int>& degrees, c
     std::vector<float> planes(std::size_t(values() * terms) * texels_);
     const auto n = std::int64_t(texels_);
     parallel_for((n + kBlock - 1) / kBlock, [&](std::int64_t block) {
-        std::vector<double> coefficients(static_cast<std::size_t>(terms));
-        for (std::int64_t i = block * kBlock; i < std::min(n, (block + 1) * kBlock); ++i)
-            for (int v = 0; v < values(); ++v) {
-                equations_.solve(sums(std::size_t(i)), v, terms, degrees, ridge, coefficients.data());
-                for (int k = 0; k < terms; ++k)
-                    planes[std::size_t(v * terms + k) * texels_ + std::size_t(i)] = float(coefficients[std::size_t(k)]);
-            }
+        std::vector<double> coefficients(std::size_t(values() * terms));
+        for (std::int64_t i = block * kBlock; i < std::min(n, (block + 1) * kBlock); ++i) {
+            equations_.solve(sums(std::size_t(i)), terms, degrees, ridge, coefficients.data());
+            for (std::size_t k = 0; k < coefficients.size(); ++k) planes[k * texels_ + std::size_t(i)] = float(coefficients[k]);
+        }
     });
     return planes;
 }

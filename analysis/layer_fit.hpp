@@ -18,11 +18,13 @@ public:
 
     /// One frame of a batch: predictors of a texel, its values (stride `texels`, NaN: not seen) and the fold it belongs to.
     struct Frame {
-        std::function<void(std::uint32_t texel, double* x)> predictors;
-        const float* values;
+        const float* values;   ///< [value][texel]; a sample with a NaN counts for nothing
         int fold;
     };
-    void add(const std::vector<Frame>& batch);
+    /// Writes a texel's predictors for all frames of a batch, x[predictors][NormalEquations::padded(frames)]; what lies behind the last frame may be
+    /// any finite number. Called from several threads.
+    using Drive = std::function<void(std::uint32_t texel, double* x)>;
+    void add(const std::vector<Frame>& batch, const Drive& drive);
 
     std::size_t texels() const { return texels_; }
     int values() const { return equations_.values(); }

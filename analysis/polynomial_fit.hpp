@@ -29,13 +29,15 @@ public:
 
     /// Adds one sample to sums of size().
     void add(std::span<double> sums, const double* x, const double* y, double weight = 1) const;
-    /// kTogether samples at once: x [predictors][kTogether], y [values][kTogether], weights [kTogether]. As add() one by one, but for rounding; a sample of weight
-    /// 0 counts for nothing, if its numbers are finite.
+    /// Samples are added together by so many, or by a multiple of it.
     static constexpr int kTogether = 16;
-    void add_together(std::span<double> sums, const double* x, const double* y, const double* weights) const;
-    /// Least squares of value `value` on the first `terms` predictors: out[terms]. Predictors that the samples do not tell
+    static constexpr int padded(std::size_t samples) { return int((samples + kTogether - 1) / kTogether) * kTogether; }
+    /// Adds n samples, a multiple of kTogether: x [predictors][n], y [values][n], weights [n]. As add() one by one, but for rounding; a sample of weight
+    /// 0 counts for nothing, if its numbers are finite.
+    void add_together(std::span<double> sums, int n, const double* x, const double* y, const double* weights) const;
+    /// Least squares of every value on the first `terms` predictors: out[values][terms]. Predictors that the samples do not tell
     /// apart from earlier ones get 0. `degree[k]`: of predictor k (0, 1, 2, 3), for the ridge.
-    void solve(std::span<const double> sums, int value, int terms, std::span<const int> degree, const Ridge& ridge, double* out) const;
+    void solve(std::span<const double> sums, int terms, std::span<const int> degree, const Ridge& ridge, double* out) const;
     /// Sum of squared errors of `coefficients` over the gathered samples.
     double squared_error(std::span<const double> sums, int value, int terms, const double* coefficients) const;
     double count(std::span<const double> sums) const { return sums[0]; }

@@ -6,6 +6,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "analysis/frame_predictors.hpp"
 #include "analysis/frame_values.hpp"
 #include "analysis/layer_fit.hpp"
 #include "analysis/texture_triangulation.hpp"
@@ -16,7 +17,6 @@ namespace {
 
 using model::PolynomialOrder;
 
-constexpr int kGlobal = 5;
 constexpr int kFewest = 6;         // samples of a texel below which nothing is fitted there
 // Parts of a take that are left out in turn when strengths are chosen. What the medium layer makes of an expression that nobody showed may
 // be millimetres off, so whole takes are. For thin layers that is too careful, as nobody would leave an expression out of a training.
@@ -27,6 +27,7 @@ constexpr std::size_t kKept = 375'000'000;  // bytes for each value of a texel: 
 // Of choosing axes: every so many texels of a map, and frames in all.
 constexpr std::uint32_t kEveryMedium = 5, kEveryFine = 17;
 constexpr std::int64_t kAxisFrames = 60;
+constexpr std::int64_t kBatch = 128;  // kept frames that are added together
 constexpr Ridge kSlopeRidge{0.01, 0.01, 0.01, true};
 constexpr double kLeastScale = 1e-9;  // mm or albedo: what is explained exactly leaves nothing to weigh by
 
@@ -183,8 +184,8 @@ private:
         model.reach = float(options_.reach_mm);
         // Principal components about neutral by the Gram matrix, scaled to scores of unit RMS.
         const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> gram(offsets.transpose() * offsets);
-        trained_.global_components = Eigen::MatrixXd::Zero(3 * M, kGlobal);
-        for (int k = 0; k < std::min<int>(kGlobal, int(trained_.frames)); ++k) {
+        trained_.global_components = Eigen::MatrixXd::Zero(3 * M, kGlobalPredictors);
+        for (int k = 0; k < std::min<int>(kGlobalPredictors, int(trained_.frames)); ++k) {
             const double energy = gram.eigenvalues()[trained_.frames - 1 - k];
             if (energy > 1e-9) trained_.global_components.col(k) = offsets * gram.eigenvectors().col(trained_.frames - 1 - k) * std::sqrt(double(trained_.frames)) / energy;
         }
@@ -217,7 +218,7 @@ private:
         return parts * take + int(parts * (frame - first) / (end - first));
     }
 
-    /// Frames that are taken together.
+    /// Frames that are read together.
     static std::int64_t lanes() { return std::max<std::int64_t>(NormalEquations::kTogether, 2 * std::int64_t(thread_count())); }
 
     /// A layer and where its texels are.
@@ -230,15 +231,17 @@ private:
     template <typename Measure>
     Result<void> gather(const char* what, ScanParts parts, const std::vector<Placed>& layers, const Measure& measure, std::int64_t every = 1) {
         const std::int64_t frames = (trained_.frames + every - 1) / every;
-        for (std::int64_t first = 0; first < frames; first += lanes()) {
-            const std::int64_t count = std::min(lanes(), frames - first);
+        const auto all_kept = [&](std::int64_t frame) { return std::all_of(layers.begin(), layers.end(), [&](const Placed& placed) { return placed.layer->values.kept(frame); }); };
+        for (std::int64_t first = 0, count = 0; first < frames; first += count) {
+            for (count = 0; first + count < frames && count < kBatch && all_kept((first + count) * every);) ++count;
+            count = std::max(count, std::min(lanes(), frames - first));
             std::vector<std::optional<Error>> errors(static_cast<std::size_t>(count));
             drives_.clear();
             drives_.resize(std::size_t(count));
             parallel_for(count, [&](std::int64_t i) {
                 const std::int64_t frame = (first + i) * every;
                 drives_[std::size_t(i)] = std::make_unique<FramePredictors>(trained_, markers_[std::size_t(frame)]);
-                if (std::all_of(layers.begin(), layers.end(), [&](const Placed& placed) { return placed.layer->values.kept(frame); })) return;
+                if (all_kept(frame)) return;
                 auto scan = clip_.scans->read(frame, parts);
                 if (scan.ok())
                     measure(frame, i, *scan);
@@ -259,18 +262,15 @@ private:
         for (std::size_t k = 0; k < layer.ways.size(); ++k) {
             const Way way = layer.ways[k];
             std::vector<LayerFit::Frame> batch;
+            std::vector<const FramePredictors*> drives;
             for (std::int64_t i = 0; i < count; ++i) {
                 const std::int64_t at = (first + i) * every;
                 if (way.kind == Predictors::neutral && !at_rest_[std::size_t(at)]) continue;
-                const FramePredictors& drive = *drives_[std::size_t(i)];
-                batch.push_back({[&, way](std::uint32_t texel, double* x) {
-                                     double all[model::kMaxTerms];
-                                     drive.at(way.kind, domain, triangle[texel], texel, all);
-                                     std::copy_n(all, way.terms, x);
-                                 },
-                                 layer.values.read(at, i), fold_of(at, layer.parts)});
+                drives.push_back(drives_[std::size_t(i)].get());
+                batch.push_back({layer.values.read(at, i), fold_of(at, layer.parts)});
             }
-            layer.fits[k].add(batch);
+            const BatchPredictors predictors(trained_, drives, way.kind, way.terms);
+            layer.fits[k].add(batch, [&](std::uint32_t texel, double* x) { predictors.at(domain, triangle[texel], texel, x); });
         }
     }
 
@@ -293,7 +293,7 @@ private:
             std::vector<Placed> layers{{&medium, &medium_domain}, {&fine, &fine_domain}};
             if (clip_.scans->has_albedo()) layers.push_back({&albedo, &fine_domain});
             const auto measure = [&](std::int64_t frame, std::int64_t lane, const Scan& scan) {
-                const Points& base = drives_[std::size_t(lane)]->frame().base;
+                const Points base = drives_[std::size_t(lane)]->base();
                 medium_target(scan.medium, model.neutral, medium_domain, medium_where, base, medium.values.write(frame, lane));
                 std::vector<float> heights(model.fine_domain.size());
                 target.compute(scan, base, bare.data(), heights.data());
@@ -349,7 +349,7 @@ private:
         const model::DomainMap& domain = model.medium_domain;
         const auto where = domain_texels(domain, make_texel_map(model.neutral, domain.width, domain.height, kSkin));
         return gather("fitting the medium layer", {true, false, false}, {{&medium, &domain}}, [&](std::int64_t frame, std::int64_t lane, const Scan& scan) {
-            medium_target(scan.medium, model.neutral, domain, where, drives_[std::size_t(lane)]->frame().base, medium.values.write(frame, lane));
+            medium_target(scan.medium, model.neutral, domain, where, drives_[std::size_t(lane)]->base(), medium.values.write(frame, lane));
         });
     }
 
@@ -363,10 +363,10 @@ private:
         return gather("fitting the fine layer", {options_.fine_over == FineOver::scan, true, albedo.has_value()}, layers,
             [&](std::int64_t at, std::int64_t lane, const Scan& scan) {
                 if (!fine.values.kept(at)) {
-                    const model::DrivenFrame& frame = drives_[std::size_t(lane)]->frame();
+                    const FramePredictors& drive = *drives_[std::size_t(lane)];
                     std::vector<float> medium(3 * model.medium_domain.size());
-                    model::evaluate(model.medium, model.medium_domain, frame.parameters, medium.data());
-                    target.compute(scan, frame.base, medium.data(), fine.values.write(at, lane));
+                    model::evaluate(model.medium, model.medium_domain, drive.parameters(), medium.data());
+                    target.compute(scan, drive.base(), medium.data(), fine.values.write(at, lane));
                 }
                 if (!albedo || albedo->values.kept(at)) return;
                 float* colours = albedo->values.write(at, lane);
@@ -454,40 +454,6 @@ Points head_space_markers(const Clip& clip, std::int64_t frame, PointsRef rest, 
         apply_pose(fit_rigid(there, rest, weights), markers);
     }
     return markers - rest + neutral_markers;
-}
-
-int predictor_count(Predictors kind) {
-    switch (kind) {
-        case Predictors::polynomial: return model::kMaxTerms;
-        case Predictors::deformation: return 1 + model::kDeformationSize;
-        case Predictors::global: return 1 + kGlobal;
-        case Predictors::neutral: return 1;
-    }
-    return 0;
-}
-
-FramePredictors::FramePredictors(const TrainedModel& trained, PointsRef markers)
-    : trained_(trained), frame_(trained.driver->drive(markers, trained.model.axes)) {
-    Points there = markers;
-    model::fill_missing_markers(trained.driver->mesh(), there);
-    const Points offset = there - trained.driver->mesh().neutral;
-    const Eigen::VectorXd flat = Eigen::Map<const Eigen::VectorXf>(offset.data(), offset.size()).cast<double>();
-    Eigen::Map<Eigen::Matrix<double, 5, 1>> scores(global_);
-    scores = trained.global_components.transpose() * flat;
-}
-
-void FramePredictors::at(Predictors kind, const model::DomainMap& domain, std::uint32_t triangle, std::uint32_t texel, double* out) const {
-    const float b1 = domain.b1[texel], b2 = domain.b2[texel];
-    out[0] = 1;
-    if (kind == Predictors::polynomial) {
-        model::polynomial_terms(double(frame_.parameters.d1[triangle].at(b1, b2)), double(frame_.parameters.d2[triangle].at(b1, b2)), out);
-    } else if (kind == Predictors::deformation) {
-        const Triangle& c = trained_.model.marker_triangles[triangle];
-        for (int k = 0; k < model::kDeformationSize; ++k)
-            out[1 + k] = double((1 - b1 - b2) * frame_.S(c[0], k) + b1 * frame_.S(c[1], k) + b2 * frame_.S(c[2], k)) / trained_.deformation_scale[k];
-    } else if (kind == Predictors::global) {
-        std::copy_n(global_, 5, out + 1);
-    }
 }
 
 Result<TrainedModel> train(const Clip& clip, const TrainingOptions& options) { return Trainer(clip, options).run(); }

@@ -85,21 +85,6 @@ Points markers_at_rest(const Clip& clip, PointsRef neutral_markers);
 /// then as far from the model's neutral markers as they were from rest.
 Points head_space_markers(const Clip& clip, std::int64_t frame, PointsRef rest, PointsRef neutral_markers);
 
-/// What fills predictors for the texels of one frame.
-class FramePredictors {
-public:
-    FramePredictors(const TrainedModel& trained, PointsRef markers);
-    const model::DrivenFrame& frame() const { return frame_; }
-    /// Writes predictor_count(kind) numbers; `triangle` is that of the texel's run.
-    void at(Predictors kind, const model::DomainMap& domain, std::uint32_t triangle, std::uint32_t texel, double* out) const;
-
-private:
-    const TrainedModel& trained_;
-    model::DrivenFrame frame_;
-    double global_[5];
-};
-int predictor_count(Predictors kind);
-
 /// Where every texel of a domain is on the mesh.
 std::vector<TexelMap::Texel> domain_texels(const model::DomainMap& domain, const TexelMap& texels);
 

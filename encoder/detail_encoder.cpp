@@ -24,6 +24,9 @@ using protocol::LayerKind;
 constexpr double kSpread = 0.02;  // see term_factors
 constexpr double kLeastFine = 1e-5;  // mm: a fit that leaves nothing says nothing
 constexpr int kSearch = 8;        // rounds to keep the asked number of bytes
+constexpr int kSearchPairs = 3;   // of errors that are tried to keep a layer's
+constexpr double kSlack = 0.015;  // octaves of bytes: one percent may stay unused
+constexpr double kCoarsest = 8;   // octaves of step
 
 /// The texels that a map keeps, and what codes them.
 struct Domain {
@@ -177,42 +180,71 @@ private:
         job.planes.emplace(kept, domain.map, out_.model.marker_triangles, factors_, *domain.wavelet, domain.rank);
     }
 
-    /// Grows a layer's error until its map takes at most `most` bytes or it is 64 times what was asked.
-    void keep_bytes(LayerJob& job, std::size_t most) {
-        if (options_.progress) options_.progress("coding the maps", 0, 0);
-        const int stages = job.stages;
-        const auto code = [&](double octaves) {
-            job.stages = std::max(1, stages - int(std::lround(octaves)));
-            return job.planes->code(job.planes->step_for(std::exp2(octaves) * job.rms), job.stages);
-        };
-        job.coded = code(0);
-        if (encoder::bytes_of(*job.coded) <= most) return;
-        double low = 0, high = 0;  // octaves: too many bytes, few enough
-        while (high < 6 && encoder::bytes_of(*job.coded) > most) {
-            low = high;
-            job.coded = code(high += 1);
+    /// By how many octaves a map's step must grow for it to take `most` bytes, as its stages tell. A stage cuts off what coding to its step
+    /// rounds, and so is like one about half an octave coarser.
+    static double octaves_for(const DetailPlanes::Coded& coded, std::size_t most) {
+        double bytes = double(encoder::bytes_of(coded)), octaves = 0.5;
+        for (std::size_t stage = coded.stages.size(); stage-- > 1; octaves += 1) {
+            const double less = bytes - double(coded.stages[stage].coded.size() + 34);
+            if (less <= double(most)) return octaves + std::log(bytes / double(most)) / std::log(bytes / less);
+            bytes = less;
         }
-        for (int i = 0; i < 4; ++i) {
-            const double middle = (low + high) / 2;
-            auto coded = code(middle);
-            const bool fits = encoder::bytes_of(coded) <= most;
-            (fits ? high : low) = middle;
-            if (fits) job.coded = std::move(coded);
+        return octaves;
+    }
+
+    /// Grows a layer's step until its map takes at most `most` bytes and hardly less, or the step is 256 times what was asked. Two
+    /// are tried at a time: whatever the threads, the same.
+    void keep_bytes(LayerJob& job, std::size_t most) {
+        const auto excess = [&](const DetailPlanes::Coded& coded) { return std::log2(double(encoder::bytes_of(coded)) / double(most)); };
+        if (excess(*job.coded) <= 0) return;
+        struct Try {
+            double octaves, excess;
+        };
+        Try low{0, excess(*job.coded)};   // too many bytes
+        std::optional<Try> high;          // few enough: job.coded
+        const double step = double(job.coded->head.step), guess = octaves_for(*job.coded, most);
+        double next[2] = {std::max(0.05, guess - 0.1), guess + 0.1};
+        for (int round = 0; low.octaves < kCoarsest && (!high || (round < kSearchPairs && high->excess < -kSlack)); ++round) {
+            DetailPlanes::Coded coded[2];
+            for (double& octaves : next) octaves = std::min(octaves, kCoarsest);
+            // A stage less for each octave: the first one says no less then.
+            parallel_for(2, [&](std::int64_t i) { coded[i] = job.planes->code(float(std::exp2(next[i]) * step), std::max(1, job.stages - int(std::lround(next[i])))); });
+            for (int i = 0; i < 2; ++i) {
+                const Try tried{next[i], excess(coded[i])};
+                const bool fits = tried.excess <= 0 || tried.octaves == kCoarsest;
+                if (!fits && tried.octaves > low.octaves) low = tried;
+                if (fits && (!high || tried.octaves < high->octaves)) {
+                    high = tried;
+                    job.coded = std::move(coded[i]);
+                }
+            }
+            if (high) {
+                // Bytes fall about evenly with octaves between the two.
+                const double slope = (high->octaves - low.octaves) / (low.excess - high->excess);
+                next[0] = low.octaves + slope * (low.excess + kSlack / 4);
+                next[1] = low.octaves + slope * (low.excess + kSlack * 3 / 4);
+            } else {
+                next[0] = low.octaves + 0.4;
+                next[1] = low.octaves + 1.2;
+            }
         }
         job.stages = int(job.coded->stages.size());
-        job.rms *= std::exp2(high);
+        job.rms = job.planes->error(job.coded->head.step);
     }
 
     /// Keeps the bounds of shape and of all maps.
     void keep_map_bytes() {
+        if (options_.most_shape_bytes == 0 && options_.most_map_bytes == 0) return;
+        CodedMaps coded = code_maps_at(1);
         std::size_t shape = 0, all = 0;
-        for (LayerJob& job : jobs_) {
-            const auto rest = [](std::size_t most, std::size_t taken) { return most > taken ? most - taken : 0; };
+        for (std::size_t j = 0; j < jobs_.size(); ++j) {
+            LayerJob& job = jobs_[j];
+            job.coded = std::move(coded[j]);
+            const auto rest = [](std::size_t most, std::size_t taken) { return most > taken ? most - taken : 1; };
             std::size_t most = std::numeric_limits<std::size_t>::max();
             if (job.kind != LayerKind::albedo_map && options_.most_shape_bytes > 0)
                 most = job.kind == LayerKind::medium ? options_.most_shape_bytes / 2 : rest(options_.most_shape_bytes, shape);
             if (options_.most_map_bytes > 0) most = std::min(most, rest(options_.most_map_bytes, all));
-            if (most == std::numeric_limits<std::size_t>::max()) continue;
             keep_bytes(job, most);
             all += encoder::bytes_of(*job.coded);
             if (job.kind != LayerKind::albedo_map) shape += encoder::bytes_of(*job.coded);

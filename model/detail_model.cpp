@@ -23,7 +23,7 @@ DrivenFrame MarkerDriver::drive(PointsRef markers, const DomainAxes& axes) const
     DrivenFrame frame;
     frame.S = meter_.measure(there);
     frame.parameters = domain_parameters(mesh(), axes, frame.S);
-    frame.base = neutral_ + response_ * (there - mesh().neutral);
+    frame.base = base(there);
     return frame;
 }
 

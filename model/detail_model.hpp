@@ -44,6 +44,8 @@ public:
 
     /// markers: M x 3, head space; missing ones (NaN) are filled in. With all missing, the face is at rest.
     DrivenFrame drive(PointsRef markers, const DomainAxes& axes) const;
+    /// The base shape alone, V x 3 mm; no marker is missing.
+    Points base(PointsRef markers) const { return neutral_ + response_ * (markers - mesh().neutral); }
 
 private:
     Points neutral_;

@@ -32,7 +32,7 @@ TEST(NormalEquations, GivesBackAPolynomialAndItsError) {
     const auto sums = gather(equations, truth, 40);
     double out[6];
     for (const bool orthogonal : {true, false}) {
-        equations.solve(sums, 0, 6, polynomial_degrees(), {0, 0, 0, orthogonal}, out);
+        equations.solve(sums, 6, polynomial_degrees(), {0, 0, 0, orthogonal}, out);
         for (int k = 0; k < 6; ++k) EXPECT_NEAR(out[k], truth[std::size_t(k)], 1e-9);
         EXPECT_NEAR(equations.squared_error(sums, 0, 6, out), 0, 1e-8);
     }
@@ -42,9 +42,9 @@ TEST(NormalEquations, AStrongRidgeOnQuadraticTermsLeavesTheLinearFit) {
     const NormalEquations equations(6, 1);
     const auto sums = gather(equations, {0.3, -1, 2, 0.5, -0.7, 0.11}, 40);
     double linear[3], held[6], plain[6];
-    equations.solve(sums, 0, 3, polynomial_degrees(), {}, linear);
-    equations.solve(sums, 0, 6, polynomial_degrees(), {0, 1e9, 0, true}, held);
-    equations.solve(sums, 0, 6, polynomial_degrees(), {1e9, 1e9, 0, false}, plain);
+    equations.solve(sums, 3, polynomial_degrees(), {}, linear);
+    equations.solve(sums, 6, polynomial_degrees(), {0, 1e9, 0, true}, held);
+    equations.solve(sums, 6, polynomial_degrees(), {1e9, 1e9, 0, false}, plain);
     for (int k = 0; k < 3; ++k) EXPECT_NEAR(held[k], linear[k], 1e-6);
     EXPECT_NEAR(plain[1], 0, 1e-6) << "the paper's ridge holds all alike";
 }
@@ -59,7 +59,7 @@ TEST(NormalEquations, WhatSamplesDoNotTellApartIsZero) {
         equations.add(sums, x, &y);
     }
     double out[6];
-    equations.solve(sums, 0, 6, polynomial_degrees(), {}, out);
+    equations.solve(sums, 6, polynomial_degrees(), {}, out);
     EXPECT_NEAR(out[0], 1, 1e-6);
     EXPECT_NEAR(out[1], 3, 1e-6);
     EXPECT_EQ(out[2], 0);
@@ -67,8 +67,8 @@ TEST(NormalEquations, WhatSamplesDoNotTellApartIsZero) {
     EXPECT_EQ(out[5], 0);
 }
 
-TEST(NormalEquations, SixteenTogetherAreSixteenOneByOne) {
-    constexpr int n = NormalEquations::kTogether, predictors = 6, values = 3;
+TEST(NormalEquations, ManyTogetherAreManyOneByOne) {
+    constexpr int n = 3 * NormalEquations::kTogether, predictors = 6, values = 3;
     const NormalEquations equations(predictors, values);
     std::mt19937 random(4);
     std::normal_distribution<double> normal;
@@ -77,7 +77,7 @@ TEST(NormalEquations, SixteenTogetherAreSixteenOneByOne) {
     for (double& v : y) v = normal(random);
     for (double& w : weights) w = std::abs(normal(random));
     weights[3] = weights[15] = 0;
-    equations.add_together(together, x.data(), y.data(), weights.data());
+    equations.add_together(together, n, x.data(), y.data(), weights.data());
     for (int f = 0; f < n; ++f) {
         double one[predictors], own[values];
         for (int k = 0; k < predictors; ++k) one[k] = x[std::size_t(k * n + f)];
@@ -85,6 +85,31 @@ TEST(NormalEquations, SixteenTogetherAreSixteenOneByOne) {
         equations.add(alone, one, own, weights[std::size_t(f)]);
     }
     for (std::size_t k = 0; k < together.size(); ++k) EXPECT_NEAR(together[k], alone[k], 1e-12) << k;
+}
+
+TEST(NormalEquations, SolvesEveryValueAsIfItWereTheOnlyOne) {
+    const NormalEquations three(6, 3), one(6, 1);
+    std::mt19937 random(9);
+    std::normal_distribution<double> normal;
+    std::vector<double> all(three.size());
+    std::vector<std::vector<double>> own(3, std::vector<double>(one.size()));
+    for (int i = 0; i < 25; ++i) {
+        double x[model::kMaxTerms];
+        model::polynomial_terms(normal(random), normal(random), x);
+        const double y[] = {normal(random), normal(random) + x[3], x[1] - x[4] + 0.1 * normal(random)};
+        three.add(all, x, y);
+        for (std::size_t v = 0; v < 3; ++v) one.add(own[v], x, y + v);
+    }
+    for (const bool orthogonal : {true, false})
+        for (const int terms : {3, 6}) {
+            const Ridge ridge{0.01, 0.1, 0, orthogonal};
+            double together[18], alone[6];
+            three.solve(all, terms, polynomial_degrees(), ridge, together);
+            for (int v = 0; v < 3; ++v) {
+                one.solve(own[std::size_t(v)], terms, polynomial_degrees(), ridge, alone);
+                for (int k = 0; k < terms; ++k) EXPECT_NEAR(together[v * terms + k], alone[k], 1e-12) << v << ' ' << k;
+            }
+        }
 }
 
 TEST(NormalEquations, AWeightCountsAsSoManySamples) {
@@ -98,24 +123,34 @@ TEST(NormalEquations, AWeightCountsAsSoManySamples) {
     for (std::size_t i = 0; i < weighted.size(); ++i) EXPECT_NEAR(weighted[i], repeated[i], 1e-12);
 }
 
+/// For frames of a batch: the constant and what `of` says of a frame.
+template <typename Of>
+LayerFit::Drive line(int frames, const Of& of) {
+    return [frames, of](std::uint32_t, double* x) {
+        const int n = NormalEquations::padded(std::size_t(frames));
+        for (int f = 0; f < n; ++f) x[f] = 1, x[n + f] = of(f);
+    };
+}
+
 /// One texel over 40 frames of a line in x, but every fourth frame has something on top that no line explains.
 TEST(LayerFit, WeighedAnewItFollowsWhatMostFramesSay) {
     std::vector<float> values(40);
     std::vector<LayerFit::Frame> frames;
     for (int f = 0; f < 40; ++f) {
         values[std::size_t(f)] = 0.5f + 0.2f * float(f % 7) + (f % 4 == 0 ? 1.0f + 0.1f * float(f % 3) : 0.001f * float(f % 2));
-        frames.push_back({[f](std::uint32_t, double* x) { x[0] = 1, x[1] = f % 7; }, values.data() + f, 0});
+        frames.push_back({values.data() + f, 0});
     }
     const std::vector<int> degrees = linear_degrees(1);
+    const LayerFit::Drive drive = line(40, [](int f) { return f % 7; });
     LayerFit fit(2, 1, 1, 1);
-    fit.add(frames);
+    fit.add(frames, drive);
     const double typical = fit.typical_error(2, degrees, {});
     EXPECT_NEAR(typical, fit.left_out_error(2, degrees, {}), 1e-12) << "one texel is its own median; one fold is left in";
     std::vector<float> planes = fit.solve(2, degrees, {});
     EXPECT_GT(planes[0], 0.65f) << "least squares gives a share to all frames";
     for (int round = 0; round < 8; ++round) {
         fit.reweigh(planes, 2, 0.01);
-        fit.add(frames);
+        fit.add(frames, drive);
         planes = fit.solve(2, degrees, {});
     }
     EXPECT_NEAR(planes[0], 0.5, 0.01);
@@ -128,10 +163,10 @@ TEST(LayerFit, SaysWhatNoiseRaisesItsMeanErrorByAShare) {
     std::vector<LayerFit::Frame> frames;
     for (int f = 0; f < 40; ++f)
         for (const float size : {0.1f, 1.0f}) values.push_back(0.3f * float(f % 5) + (f % 2 == 0 ? size : -size));
-    for (int f = 0; f < 40; ++f) frames.push_back({[f](std::uint32_t, double* x) { x[0] = 1, x[1] = f % 5; }, values.data() + 2 * f, 0});
+    for (int f = 0; f < 40; ++f) frames.push_back({values.data() + 2 * f, 0});
     const std::vector<int> degrees = linear_degrees(1);
     LayerFit fit(2, 1, 2, 1);
-    fit.add(frames);
+    fit.add(frames, line(40, [](int f) { return f % 5; }));
     const double noise = fit.noise_for(0.1, 2, degrees, {});
     EXPECT_NEAR(std::hypot(0.1, noise) + std::hypot(1, noise), 1.1 * (0.1 + 1), 2e-3) << "errors are the sizes, but for what the line takes of them";
     EXPECT_GT(fit.noise_for(0.2, 2, degrees, {}), 1.3 * noise);

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "analysis/evaluation.hpp"
+#include "analysis/frame_predictors.hpp"
 #include "analysis/texture_triangulation.hpp"
 #include "tests/analysis/sheets.hpp"
 
@@ -186,6 +187,43 @@ TEST(Training, OnTheMeshOfItsDecodersTheMapsMendWhatTheGridMoves) {
     const double grid = double((coarse.positions - clip.neutral->positions).squaredNorm()) / double(coarse.positions.rows());
     EXPECT_GT(std::sqrt(grid), 0.1) << "mm that vertices are moved";
     EXPECT_LT(std::sqrt(squares / (40.0 * double(n))), 0.2 * std::sqrt(grid));
+}
+
+TEST(BatchPredictors, AreThoseOfItsFramesOneByOne) {
+    Clip clip = sheet_clip(21);
+    const Known known = known_model(clip);
+    clip.scans = std::make_shared<ModelScans>(clip, known.model, known.driver);
+    const auto trained = train(clip, {});
+    ASSERT_TRUE(trained.ok());
+    std::vector<std::unique_ptr<FramePredictors>> own;
+    std::vector<const FramePredictors*> frames;
+    for (std::int64_t f = 0; f < clip.markers->frames; ++f) {
+        own.push_back(std::make_unique<FramePredictors>(*trained, clip.markers->frame(f)));
+        frames.push_back(own.back().get());
+    }
+    const model::DomainMap& domain = trained->model.fine_domain;
+    for (const auto& [kind, terms] : std::vector<std::pair<Predictors, int>>{{Predictors::polynomial, 3}, {Predictors::polynomial, 6}, {Predictors::polynomial, 10},
+                                                                             {Predictors::deformation, 6}, {Predictors::global, 6}, {Predictors::neutral, 1}}) {
+        const BatchPredictors batch(*trained, frames, kind, terms);
+        ASSERT_EQ(batch.stride(), 32);
+        std::vector<double> x(std::size_t(terms * batch.stride()), -1.0);
+        double most = 0;
+        for (std::size_t r = 0; r < domain.runs.size(); r += 5) {
+            const std::uint32_t texel = domain.runs[r].begin;
+            batch.at(domain, domain.runs[r].triangle, texel, x.data());
+            for (std::size_t f = 0; f < frames.size(); ++f) {
+                double one[model::kMaxTerms];
+                frames[f]->at(kind, domain, domain.runs[r].triangle, texel, one);
+                for (int k = 0; k < terms; ++k) {
+                    const double here = x[std::size_t(k * batch.stride()) + f];
+                    EXPECT_NEAR(here, one[k], 1e-6 * std::max(1.0, std::abs(one[k]))) << int(kind) << ' ' << k;
+                    if (k > 0) most = std::max(most, std::abs(here));
+                }
+            }
+            for (const double v : x) EXPECT_TRUE(std::isfinite(v));
+        }
+        EXPECT_TRUE(most > 0.5 || terms == 1) << "frames that move";
+    }
 }
 
 TEST(Training, DeformationGoesNoFartherThanTheTrainingShowed) {
