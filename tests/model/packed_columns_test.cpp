@@ -48,11 +48,48 @@ TEST(PackedColumns, AddUpAsTheirNumbersDoHoweverManyThereAre) {
             packed.sum_plain(c.start, c.weights, plain);
             packed.sum(in_place, c.weights, in_place);
             EXPECT_EQ(in_place, fast);
+            std::vector<float> portable(rows);
+            packed.sum_portable(c.start, c.weights, portable);
+            EXPECT_EQ(portable, fast);
             for (std::size_t i = 0; i < rows; ++i) {
                 ASSERT_NEAR(fast[i], truth[i], c.rounding(i)) << rows << ' ' << k << ' ' << i;
                 ASSERT_NEAR(plain[i], truth[i], c.rounding(i)) << rows << ' ' << k << ' ' << i;
             }
         }
+}
+
+/// Columns as a basis has them: large numbers first, and there in some places only.
+TEST(PackedColumns, TakeAByteWhereThatIsEnough) {
+    for (const std::size_t k : {7u, 16u, 300u}) {
+        Case c(5000, k, unsigned(k));
+        std::mt19937 random(2);
+        for (std::size_t j = 0; j < k; ++j)
+            for (std::size_t i = 0; i < 5000; ++i) c.columns[j][i] = std::int32_t(random() % 255) - 127 + (j < 3 && i / 1000 == j ? 1200 : 0);
+        const PackedColumns packed = PackedColumns::pack(c.columns, c.scales);
+        EXPECT_LT(packed.bytes(), 5000 * (k + 3) * 11 / 10);
+        std::vector<float> fast(5000), portable(5000), plain(5000);
+        packed.sum(c.start, c.weights, fast);
+        packed.sum_portable(c.start, c.weights, portable);
+        packed.sum_plain(c.start, c.weights, plain);
+        EXPECT_EQ(portable, fast);
+        const std::vector<double> truth = c.truth();
+        double largest = 0;   // factor
+        for (std::size_t j = 0; j < k; ++j) largest = std::max(largest, std::abs(double(c.weights[j]) * c.scales[j]));
+        for (std::size_t i = 0; i < 5000; ++i) {
+            ASSERT_NEAR(plain[i], truth[i], c.rounding(i)) << k << ' ' << i;
+            ASSERT_NEAR(fast[i], truth[i], c.rounding(i) + (k < 300 ? largest / 32 : 0)) << k << ' ' << i;
+        }
+    }
+}
+
+TEST(PackedColumns, ThatDoNotMoveLeaveTheStartAsItIs) {
+    Case c(70, 4, 8);
+    std::vector<float> out(70);
+    for (const float weight : {0.0f, 1e-44f}) {
+        std::fill(c.weights.begin(), c.weights.end(), weight);
+        PackedColumns::pack(c.columns, c.scales).sum(c.start, c.weights, out);
+        EXPECT_EQ(out, c.start);
+    }
 }
 
 TEST(PackedColumns, AreEmptyWhereANumberNeedsMoreThan16Bits) {
