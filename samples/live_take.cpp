@@ -10,8 +10,7 @@
 
 namespace mien::samples {
 
-Result<Performance> perform_take(const std::filesystem::path& csv, const std::optional<std::filesystem::path>& sound,
-                                 const std::optional<FrameRange>& range) {
+Result<Performance> perform_take(const std::filesystem::path& csv, const std::optional<std::filesystem::path>& sound) {
     MIEN_TRY(take, io::read_live_link(csv));
     std::vector<int> place;  // of each column among the ARKit weights
     int known = 0;
@@ -21,13 +20,8 @@ Result<Performance> perform_take(const std::filesystem::path& csv, const std::op
         known += place.back() >= 0;
     }
     if (known == 0) return Error{ErrorCode::missing, fmt::format("{} has no ARKit weight column", csv.string())};
-    const FrameRange cut = range.value_or(FrameRange{0, take.weights.frames});
-    if (cut.first < 0 || cut.first >= cut.end || cut.end > take.weights.frames)
-        return Error{ErrorCode::invalid, fmt::format("frames {}:{} are not in {}, which has frames 0:{}", cut.first,
-                                                     cut.end, csv.string(), take.weights.frames)};
-
     Performance performance{take.frame_rate, {}, std::nullopt};
-    for (std::int64_t f = cut.first; f < cut.end; ++f) {
+    for (std::int64_t f = 0; f < take.weights.frames; ++f) {
         Instant instant;
         for (std::size_t c = 0; c < place.size(); ++c)
             if (place[c] >= 0) instant.weights[std::size_t(place[c])] = take.weights.frame(f)[c];
@@ -37,11 +31,6 @@ Result<Performance> perform_take(const std::filesystem::path& csv, const std::op
     }
     if (sound) {
         MIEN_TRY(heard, io::read_sound(*sound));
-        const Rational per_frame = take.frame_rate.inverse(), per_sample = make_rational(1, heard.sample_rate);
-        const std::int64_t first = std::min(heard.length(), rescale(cut.first, per_frame, per_sample));
-        const std::int64_t end = range ? std::min(heard.length(), rescale(cut.end, per_frame, per_sample)) : heard.length();
-        heard.samples.erase(heard.samples.begin() + end * heard.channels, heard.samples.end());
-        heard.samples.erase(heard.samples.begin(), heard.samples.begin() + first * heard.channels);
         performance.sound = std::move(heard);
     }
     return performance;

@@ -8,16 +8,10 @@
 
 namespace mien::samples {
 
-/// Frames first <= f < end of a take.
-struct FrameRange {
-    std::int64_t first = 0, end = 0;
-};
-
 /// A Live Link Face CSV as a performance at the take's own rate; frames that the recording dropped are filled in by
 /// interpolation, so that time stays true. The app's angles (radians, about -y, +x, -z, outermost first: yaw > 0 to the
 /// actor's right, pitch > 0 down) turn the head about the top of the neck; the eyes' become Gaze (yaw > 0 left, pitch > 0 up). A take without eye angles looks where its EyeLook weights say. `sound`: a file that began with the take.
-/// Errors: those of the files; missing when not one ARKit weight is there; invalid for a range outside the take.
-Result<Performance> perform_take(const std::filesystem::path& csv, const std::optional<std::filesystem::path>& sound = {},
-                                 const std::optional<FrameRange>& range = {});
+/// Errors: those of the files; missing when not one ARKit weight is there.
+Result<Performance> perform_take(const std::filesystem::path& csv, const std::optional<std::filesystem::path>& sound = {});
 
 }  // namespace mien::samples

@@ -1,5 +1,7 @@
 #include "samples/performance.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -21,6 +23,19 @@ Instant mix(const Instant& a, const Instant& b, float part) {
 
 std::int64_t frames_in(double seconds, Rational frame_rate) {
     return std::max<std::int64_t>(1, std::llround(seconds * frame_rate.value()));
+}
+
+Result<Performance> cut(Performance performance, FrameRange range) {
+    if (range.first < 0 || range.first >= range.end || range.end > performance.frames())
+        return Error{ErrorCode::invalid, fmt::format("frames {}:{} are not in the performance, which has frames 0:{}", range.first, range.end, performance.frames())};
+    performance.instants = {performance.instants.begin() + std::ptrdiff_t(range.first), performance.instants.begin() + std::ptrdiff_t(range.end)};
+    if (!performance.sound) return performance;
+    Sound& sound = *performance.sound;
+    const auto place = [&](std::int64_t frame) {
+        return std::ptrdiff_t(std::min(sound.length(), rescale(frame, performance.frame_rate.inverse(), make_rational(1, sound.sample_rate))) * sound.channels);
+    };
+    sound.samples = {sound.samples.begin() + place(range.first), sound.samples.begin() + place(range.end)};
+    return performance;
 }
 
 Performance fit_length(Performance performance, double seconds) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/clip.hpp"
+#include "core/result.hpp"
 #include "samples/actor.hpp"
 #include "samples/speech.hpp"
 
@@ -29,6 +30,13 @@ Performance perform_speech(const Utterance& utterance, Rational frame_rate, doub
 /// Silent range of motion: every muscle group apart, then whole expressions, with blinks and small head motion.
 /// `seconds` <= 0: once through (about 24 s).
 Performance perform_expressions(Rational frame_rate, double seconds, std::uint64_t seed);
+
+/// Frames first <= f < end.
+struct FrameRange {
+    std::int64_t first = 0, end = 0;
+};
+/// Only these frames, with the sound of their time. Error: invalid for a range outside the performance.
+Result<Performance> cut(Performance performance, FrameRange range);
 
 /// Makes a performance last `seconds`: cut, or repeated from its start over a blend of a quarter second.
 Performance fit_length(Performance performance, double seconds);

@@ -52,7 +52,6 @@ Result<void> check_options(const StageOptions& options) {
     if (int(options.say.has_value()) + int(options.weights.has_value()) + int(options.expressions) + int(options.session.has_value()) > 1)
         return wrong("--say, --weights, --expressions and --session exclude one another");
     if (options.say && options.sound) return wrong("--sound goes with --weights or --expressions: speech brings its own");
-    if (options.frames && !options.weights) return wrong("--frames cuts a take, so it needs --weights");
     if (!options.identity.empty() && !options.actor.starts_with("ict:")) return wrong("--identity is for --actor ict:DIR");
     // Weights are standard deviations of real heads. Farther out there are none, and at last no number that a renderer can draw.
     for (const float weight : options.identity)
@@ -64,7 +63,7 @@ Result<void> check_options(const StageOptions& options) {
     if (!(options.missing >= 0 && options.missing <= 0.9)) return wrong("--missing must be from 0 to 0.9");
     if (options.session && *options.session != "training" && *options.session != "asymmetric-smile" && *options.session != "raised-brow")
         return wrong(fmt::format("there is no session '{}'; use training, asymmetric-smile or raised-brow", *options.session));
-    if (options.session && (options.seconds || options.fps)) return wrong("--seconds and --fps are not for --session: use --take-frames");
+    if (options.session && (options.seconds || options.fps || options.frames)) return wrong("--seconds, --fps and --frames are not for --session: use --take-frames");
     if (options.take_frames < 2 || options.take_frames > 1000) return wrong("--take-frames must be from 2 to 1000");
     if (options.range_frames < 0 || options.range_frames > 10'000) return wrong("--range-frames must be from 0 to 10000");
     if (options.scan_size < 32 || options.scan_size > 4096) return wrong("--scan-size must be from 32 to 4096");
@@ -83,8 +82,13 @@ Result<Performance> make_performance(const StageOptions& options) {
                                                         : perform_unseen(kRaisedBrow, options.take_frames);
     const Rational rate = options.fps.value_or(Rational{30, 1});
     const double seconds = options.seconds.value_or(0);
+    const auto part = [&](Performance whole) -> Result<Performance> {
+        return options.frames ? cut(std::move(whole), *options.frames) : Result<Performance>(std::move(whole));
+    };
     if (options.weights) {
-        MIEN_TRY(take, perform_take(*options.weights, options.sound, options.frames));
+        // Of a take, its own frames.
+        MIEN_TRY(whole, perform_take(*options.weights, options.sound));
+        MIEN_TRY(take, part(std::move(whole)));
         Performance performance = options.fps ? resample(take, *options.fps) : std::move(take);
         if (options.seconds) performance = fit_length(std::move(performance), seconds);
         return performance;
@@ -95,10 +99,10 @@ Result<Performance> make_performance(const StageOptions& options) {
             MIEN_TRY(sound, io::read_sound(*options.sound));
             performance.sound = std::move(sound);
         }
-        return performance;
+        return part(std::move(performance));
     }
     MIEN_TRY(utterance, speak(options.say.value_or(kDefaultText), options.voice));
-    return perform_speech(utterance, rate, seconds, options.seed);
+    return part(perform_speech(utterance, rate, seconds, options.seed));
 }
 
 Result<std::unique_ptr<Actor>> make_actor(const StageOptions& options) {

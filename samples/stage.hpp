@@ -39,7 +39,7 @@ struct StageOptions {
     int range_frames = 30;
     /// --seconds: repeats, pads or cuts the performance to so many seconds.
     std::optional<double> seconds;
-    /// --frames A:B: frames A to B - 1 of the take alone.
+    /// --frames A:B: frames A to B - 1 alone, of a take its own.
     std::optional<FrameRange> frames;
     /// --fps: frames per second, exact ("30000/1001"); default 30, or the take's own.
     std::optional<Rational> fps;

@@ -74,7 +74,7 @@ void add_stage(CLI::App& mien, int& code) {
     command->add_option("--take-frames", options.take_frames, "Frames of each expression of a session")->capture_default_str();
     command->add_option("--range-frames", options.range_frames, "Frames of the range of motion that ends a training session; 0 for none")->capture_default_str();
     command->add_option("--seconds", options.seconds, "Repeat, pad or cut the performance to so many seconds")->check(above_zero());
-    command->add_option("--frames", request->frames, "A:B, only these frames of the take (B not included)")
+    command->add_option("--frames", request->frames, "A:B, only these frames (B not included); of --weights, the take's own")
         ->check([](const std::string& text) { return parse_frames(text) ? "" : "must be A:B with 0 <= A < B"; }, "", "");
     command->add_option("--fps", request->fps, "Frames per second: 24, 25, 30, 60, 30000/1001 (default 30, or the take's own)")->check(frame_rate());
     command->add_option("--markers", options.markers, "Surface markers; 0 for none")->check(CLI::Range(0, 65536))->capture_default_str();

@@ -52,13 +52,15 @@ TEST(LiveTake, CutsPictureAndSoundTogether) {
     Sound ramp{6000, 1, {}};
     for (int n = 0; n < 1000; ++n) ramp.samples.push_back(float(n) / 2000);
     io::write_wav(folder / "take.wav", ramp);
-    const auto p = perform_take(folder / "take.csv", folder / "take.wav", FrameRange{4, 8});
+    const auto whole = perform_take(folder / "take.csv", folder / "take.wav");
+    ASSERT_TRUE(whole.ok()) << whole.error().message;
+    const auto p = cut(*whole, {4, 8});
     ASSERT_TRUE(p.ok()) << p.error().message;
     EXPECT_EQ(p->frames(), 4);
     EXPECT_NEAR(p->instants[0].weights[std::size_t(arkit_index("JawOpen"))], 0.04f, 1e-6f);
     ASSERT_NEAR(double(p->sound->length()), 400, 2);
     EXPECT_NEAR(p->sound->samples[0], 0.2f, 2e-3f);
-    EXPECT_EQ(perform_take(folder / "take.csv", {}, FrameRange{4, 11}).error().code, ErrorCode::invalid);
+    for (const FrameRange outside : {FrameRange{4, 11}, {4, 4}, {-1, 3}}) EXPECT_EQ(cut(*whole, outside).error().code, ErrorCode::invalid);
     EXPECT_EQ(perform_take(folder / "none.csv").error().code, ErrorCode::missing);
 }
 
@@ -69,6 +71,24 @@ StageOptions small() {
     options.markers = 60;
     options.texture_size = 32;
     return options;
+}
+
+TEST(Stage, FramesArePartsOfAnyPerformance) {
+    StageOptions options = small();
+    const auto whole = make_performance(options);
+    options.frames = FrameRange{2, 5};
+    const auto part = make_performance(options);
+    ASSERT_TRUE(whole.ok() && part.ok());
+    ASSERT_EQ(part->frames(), 3);
+    for (std::size_t f = 0; f < 3; ++f) EXPECT_EQ(part->instants[f].weights, whole->instants[f + 2].weights);
+    if (!can_speak()) return;
+    options = {};
+    options.say = "Hello";
+    options.frames = FrameRange{3, 9};
+    const auto spoken = make_performance(options);
+    ASSERT_TRUE(spoken.ok()) << spoken.error().message;
+    EXPECT_EQ(spoken->frames(), 6);
+    EXPECT_NEAR(double(spoken->sound->length()), 0.2 * spoken->sound->sample_rate, 1);
 }
 
 TEST(Stage, WritesAClipThatReadsBackWhole) {
@@ -130,7 +150,8 @@ TEST(Stage, RefusesOptionsThatMakeNoSense) {
         return !made.ok() && made.error().code == ErrorCode::invalid && !std::filesystem::exists("never-written");
     };
     EXPECT_TRUE(refused([](StageOptions& o) { o.say = "hello"; }));
-    EXPECT_TRUE(refused([](StageOptions& o) { o.frames = FrameRange{0, 5}; }));
+    EXPECT_TRUE(refused([](StageOptions& o) { o.frames = FrameRange{0, 7}; })) << "of six frames";
+    EXPECT_TRUE(refused([](StageOptions& o) { o.expressions = false, o.seconds = {}, o.session = "training", o.frames = FrameRange{0, 5}; }));
     EXPECT_TRUE(refused([](StageOptions& o) { o.actor = "nobody"; }));
     EXPECT_TRUE(refused([](StageOptions& o) { o.seconds = -1; }));
     EXPECT_TRUE(refused([](StageOptions& o) { o.noise = -0.5; }));
