@@ -16,10 +16,10 @@ class LayerFit {
 public:
     LayerFit(int predictors, int values, std::size_t texels, int folds);
 
-    /// One frame of a batch: predictors of a texel, its values (stride `texels`, NaN: not seen) and the fold it belongs to.
+    /// One frame of a batch.
     struct Frame {
         const float* values;   ///< [value][texel]; a sample with a NaN counts for nothing
-        int fold;
+        int fold;              ///< that it belongs to
     };
     /// Writes a texel's predictors for all frames of a batch, x[predictors][NormalEquations::padded(frames)]; what lies behind the last frame may be
     /// any finite number. Called from several threads.
