@@ -37,7 +37,8 @@ Factors integer_factors(const std::vector<float>& factors, const std::vector<flo
         narrow += narrow_reach[j];
     }
     Factors out;
-    out.unit = std::max(most / kFactor, sum / kSum);
+    // What is not finite, or not when summed, must not become an integer.
+    out.unit = std::isfinite(sum) ? std::max(most / kFactor, sum / kSum) : std::numeric_limits<float>::quiet_NaN();
     out.fine_unit = out.unit / 2 * std::max(1 / kFactor, reaches / kSum);
     out.all_fine = out.unit / 2 * narrow > most / kSeen;
     const bool still = !(out.fine_unit > std::numeric_limits<float>::min());   // nothing moves, or less than a float can say

@@ -92,6 +92,19 @@ TEST(PackedColumns, ThatDoNotMoveLeaveTheStartAsItIs) {
     }
 }
 
+TEST(PackedColumns, GiveNoNumberForWeightsThatAreNone) {
+    const Case c(70, 3, 8);
+    const PackedColumns packed = PackedColumns::pack(c.columns, c.scales);
+    for (const float weight : {std::nanf(""), HUGE_VALF, -HUGE_VALF, 3e38f}) {
+        std::vector<float> weights = c.weights, out(70);
+        weights[1] = weight;
+        packed.sum(c.start, weights, out);
+        for (const float x : out) EXPECT_FALSE(std::isfinite(x)) << weight;
+        packed.sum_portable(c.start, weights, out);
+        for (const float x : out) EXPECT_FALSE(std::isfinite(x)) << weight;
+    }
+}
+
 TEST(PackedColumns, AreEmptyWhereANumberNeedsMoreThan16Bits) {
     for (const auto& [value, fits] : {std::pair{32767, true}, {32768, false}, {-32768, true}, {-32769, false}}) {
         Case c(40, 2, 3);
