@@ -77,7 +77,7 @@ void add_stage(CLI::App& mien, int& code) {
     command->add_option("--frames", request->frames, "A:B, only these frames (B not included); of --weights, the take's own")
         ->check([](const std::string& text) { return parse_frames(text) ? "" : "must be A:B with 0 <= A < B"; }, "", "");
     command->add_option("--fps", request->fps, "Frames per second: 24, 25, 30, 60, 30000/1001 (default 30, or the take's own)")->check(frame_rate());
-    command->add_option("--markers", options.markers, "Surface markers; 0 for none")->check(CLI::Range(0, 65536))->capture_default_str();
+    command->add_option("--markers", options.markers, "Surface markers; 0 for none")->check(CLI::Range(0, 20000))->capture_default_str();
     command->add_option("--noise", options.noise, "Standard deviation of marker noise, mm")->check(not_negative());
     command->add_option("--missing", options.missing, "Share of marker samples that are lost")->check(number_from(0, 0.9));
     command->add_option("--texture-size", options.texture_size, "Side of the texture, texels; 0 for none")->check(CLI::Range(0, 8192))->capture_default_str();
