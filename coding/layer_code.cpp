@@ -18,6 +18,7 @@ constexpr std::size_t kMaxTargetName = 256;
 constexpr std::uint64_t kMaxTargetValues = 1u << 26;  // vertices x targets: 57 targets of a million-vertex head
 constexpr int kShares = 255;
 constexpr int kHolds = 127;
+constexpr int kLidShares = 64, kLidWeights = 255;
 
 Error damaged(const char* what) { return {ErrorCode::damaged, std::string("the ") + what + " blob does not decode"}; }
 
@@ -194,7 +195,7 @@ Result<std::array<std::optional<Ball>, 2>> decode_eyes(ByteView bytes, std::uint
     return eyes;
 }
 
-Bytes encode_contact(const LipContact& contact) {
+Bytes encode_contact(const Contact& contact) {
     assert(!contact.pairs.empty() && contact.pairs.size() <= kMaxContactPairs);
     ByteWriter out;
     out.varint(contact.pairs.size());
@@ -202,7 +203,7 @@ Bytes encode_contact(const LipContact& contact) {
         for (const std::uint32_t v : pair) out.varint(v);
     out.varint(contact.members.size());
     std::uint32_t next = 0;
-    for (const LipContact::Member& member : contact.members) {
+    for (const Contact::Member& member : contact.members) {
         assert(member.vertex >= next && member.hold != 0 && std::abs(member.hold) <= 1);
         const int hold = std::max(1, int(std::lround(std::abs(member.hold) * kHolds)));
         out.varint(member.vertex - next);
@@ -212,9 +213,9 @@ Bytes encode_contact(const LipContact& contact) {
     return out.take();
 }
 
-Result<LipContact> decode_contact(ByteView bytes, std::uint32_t V) {
+Result<Contact> decode_contact(ByteView bytes, std::uint32_t V) {
     ByteReader in(bytes);
-    LipContact contact;
+    Contact contact;
     const std::uint64_t pairs = in.varint();
     if (!in.ok() || pairs == 0 || pairs > kMaxContactPairs) return damaged("contact");
     for (std::uint64_t i = 0; i < pairs; ++i) {
@@ -234,6 +235,43 @@ Result<LipContact> decode_contact(ByteView bytes, std::uint32_t V) {
     }
     if (!in.at_end()) return damaged("contact");
     return contact;
+}
+
+Bytes encode_lid(const Lid& lid) {
+    ByteWriter out;
+    for (int c = 0; c < 3; ++c) out.f32(lid.centre[c]);
+    out.varint(lid.members.size());
+    std::uint32_t next = 0;
+    for (const Lid::Member& member : lid.members) {
+        assert(member.vertex >= next && member.share >= 0 && member.weight >= 0 && member.weight <= 1 && member.hold >= 0 && member.hold <= 1);
+        out.varint(member.vertex - next);
+        out.u8(std::uint8_t(std::min<long>(std::lround(member.share * kLidShares), 255)));
+        out.u8(std::uint8_t(std::lround(member.weight * kLidWeights)));
+        out.u8(std::uint8_t(std::lround(member.hold * kLidWeights)));
+        next = member.vertex + 1;
+    }
+    return out.take();
+}
+
+Result<Lid> decode_lid(ByteView bytes, std::uint32_t V) {
+    ByteReader in(bytes);
+    Lid lid;
+    for (int c = 0; c < 3; ++c) {
+        lid.centre[c] = in.f32();
+        if (!(std::abs(lid.centre[c]) < 1e6f)) return damaged("lid");
+    }
+    const std::uint64_t members = in.varint();
+    if (!in.ok() || members > V) return damaged("lid");
+    std::uint64_t next = 0;
+    for (std::uint64_t i = 0; i < members; ++i) {
+        const std::uint64_t gap = in.varint();
+        const std::uint8_t share = in.u8(), weight = in.u8(), hold = in.u8();
+        if (!in.ok() || gap >= V || next + gap >= V) return damaged("lid");
+        next += gap;
+        lid.members.push_back({std::uint32_t(next++), float(share) / kLidShares, float(weight) / kLidWeights, float(hold) / kLidWeights});
+    }
+    if (!in.at_end()) return damaged("lid");
+    return lid;
 }
 
 }  // namespace mien::coding

@@ -42,8 +42,8 @@ struct Ball {
 Bytes encode_eyes(const std::array<std::optional<Ball>, 2>& eyes);
 Result<std::array<std::optional<Ball>, 2>> decode_eyes(ByteView bytes, std::uint32_t V);
 
-/// Lips that are held apart: facing vertices, and what is held on its own side of the surface between them.
-struct LipContact {
+/// Lips or lids that are held apart: facing vertices, and what is held on its own side of the surface between them.
+struct Contact {
     struct Member {
         std::uint32_t vertex;
         float hold;  ///< share of the push, 0 < |hold| <= 1, negative below the surface; rounded to 1/127
@@ -52,7 +52,21 @@ struct LipContact {
     std::vector<Member> members;                      ///< ascending vertices
 };
 inline constexpr std::size_t kMaxContactPairs = 256;
-Bytes encode_contact(const LipContact& contact);
-Result<LipContact> decode_contact(ByteView bytes, std::uint32_t V);
+Bytes encode_contact(const Contact& contact);
+Result<Contact> decode_contact(ByteView bytes, std::uint32_t V);
+
+/// An upper lid that slides over its eyeball.
+struct Lid {
+    struct Member {
+        std::uint32_t vertex;
+        float share;   ///< of the lid's way, 0 .. 255/64; rounded to 1/64
+        float weight;  ///< of that against the base shape's own, 0 .. 1; rounded to 1/255
+        float hold;    ///< share of the way back to its distance from the centre, 0 .. 1; rounded to 1/255
+    };
+    Vec3 centre = Vec3::Zero();   ///< of the eyeball, mm
+    std::vector<Member> members;  ///< ascending vertices
+};
+Bytes encode_lid(const Lid& lid);
+Result<Lid> decode_lid(ByteView bytes, std::uint32_t V);
 
 }  // namespace mien::coding

@@ -84,7 +84,7 @@ private:
     };
 
     Result<void> add(const Layer& layer, const FindBlob& find) {
-        if (seen_[std::size_t(layer.kind)] && (layer.kind == LayerKind::shape || layer.kind >= LayerKind::thin_shell)) return damaged(kMisplaced);
+        if (seen_[std::size_t(layer.kind)] && (layer.kind == LayerKind::shape || (layer.kind >= LayerKind::thin_shell && layer.kind != LayerKind::lid))) return damaged(kMisplaced);
         seen_[std::size_t(layer.kind)] = true;
         switch (layer.kind) {
             case LayerKind::shape: {

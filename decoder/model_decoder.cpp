@@ -37,6 +37,7 @@ public:
         } else if (shell_) {
             return Error{ErrorCode::damaged, "the model manifest has a thin shell without its marker domain"};
         }
+        for (model::Lid& lid : lids_) model::add_lid(model_, std::move(lid));
         return std::move(model_);
     }
 
@@ -64,8 +65,10 @@ private:
     Result<void> place(LayerKind kind) {
         const bool shape = kind == LayerKind::shape;
         const bool base = kind == LayerKind::vertex_basis || kind == LayerKind::blend || kind == LayerKind::blendshapes || kind == LayerKind::points;
-        const bool mesh_wanted = kind == LayerKind::vertex_basis || kind == LayerKind::blend || kind == LayerKind::eyes || kind == LayerKind::contact;
-        if ((shape && (has_shape_ || has_base_)) || (base && has_base_) || (kind == LayerKind::points && has_shape_) || (mesh_wanted && !has_shape_))
+        const bool mesh_wanted = kind == LayerKind::vertex_basis || kind == LayerKind::blend || kind == LayerKind::eyes || kind == LayerKind::contact ||
+                                 kind == LayerKind::lid;
+        if ((shape && (has_shape_ || has_base_)) || (base && has_base_) || (kind == LayerKind::points && has_shape_) || (mesh_wanted && !has_shape_) ||
+            (kind == LayerKind::contact && model_.contacts.size() == kMostSlits) || (kind == LayerKind::lid && lids_.size() == kMostSlits))
             return Error{ErrorCode::damaged, "the model manifest's layers do not build on each other"};
         has_shape_ |= shape;
         has_base_ |= base;
@@ -120,9 +123,16 @@ private:
             case LayerKind::contact: {
                 MIEN_TRY(bytes, blob(layer, 0));
                 MIEN_TRY(stored, coding::decode_contact(*bytes, V));
-                auto& contact = model_.contact.emplace();
+                auto& contact = model_.contacts.emplace_back();
                 contact.pairs = std::move(stored.pairs);
                 for (const auto& member : stored.members) contact.members.push_back({member.vertex, member.hold});
+                break;
+            }
+            case LayerKind::lid: {
+                MIEN_TRY(bytes, blob(layer, 0));
+                MIEN_TRY(stored, coding::decode_lid(*bytes, V));
+                auto& lid = lids_.emplace_back(model::Lid{stored.centre, {}});
+                for (const auto& member : stored.members) lid.members.push_back({member.vertex, member.share, member.weight, member.hold});
                 break;
             }
             case LayerKind::static_albedo:
@@ -140,10 +150,13 @@ private:
         return {};
     }
 
+    static constexpr std::size_t kMostSlits = 8;  // contacts, and lids
+
     const FindBlob& find_;
     std::unique_ptr<DetailDecoder>* growing_;
     model::FaceModel model_;
     bool has_shape_ = false, has_base_ = false;
+    std::vector<model::Lid> lids_;  // the base shape that they change may come last
     std::optional<Layer> shell_;   // the thin shell, when one was named
     bool detailed_ = false;        // a marker domain was named
 };

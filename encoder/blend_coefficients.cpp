@@ -266,17 +266,12 @@ private:
         std::vector<std::uint32_t> face;
         for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v)
             if (!vertex_shares_[v].empty()) face.push_back(v);
-        if (face.empty()) return;
-        const std::vector<Surface> surface = vertex_surfaces();
-        parallel_for(mesh_.vertex_count(), [&](std::int64_t i) {
-            const auto v = std::uint32_t(i);
-            const bool attached = surface[v] == Surface::lashes || surface[v] == Surface::cornea || surface[v] == Surface::hair || surface[v] == Surface::other;
-            if (!attached || still_[v] || skin_.carries(v)) return;
-            const std::uint32_t nearest = *std::min_element(face.begin(), face.end(), [&](std::uint32_t a, std::uint32_t b) {
-                return (position(a) - position(v)).squaredNorm() < (position(b) - position(v)).squaredNorm();
-            });
-            if ((position(nearest) - position(v)).norm() < spacing_) vertex_shares_[v] = vertex_shares_[nearest];
-        });
+        const std::vector<Rooted> rooted = hang_on_skin(mesh_, face, spacing_);
+        for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v) {
+            const std::uint32_t rim = rooted[v].rim;
+            if (rim == kNoRim || still_[v] || skin_.carries(v)) continue;
+            if ((position(rim) - position(v)).norm() < spacing_) vertex_shares_[v] = vertex_shares_[rim];
+        }
     }
 
     std::vector<Surface> vertex_surfaces() const {

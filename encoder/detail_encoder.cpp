@@ -147,7 +147,7 @@ private:
         const bool more_than_skin = std::any_of(surfaces.begin(), surfaces.end(), [](Surface s) { return s != Surface::skin; });
         if (more_than_skin && model_.sites.size() >= 4) MIEN_CHECK(add_blend(model_.neutral, model_.sites, model_.fixed, true, parts_));
         add_eyes(parts_);
-        MIEN_CHECK(add_contact(model_.neutral, parts_));
+        MIEN_CHECK(add_contacts(model_.neutral, parts_));
         if (options_.picture) MIEN_CHECK(add_picture(*options_.picture, parts_));
         return {};
     }

@@ -5,7 +5,8 @@
 
 #include "coding/layer_code.hpp"
 #include "encoder/blend_coefficients.hpp"
-#include "encoder/lip_contact.hpp"
+#include "encoder/contacts.hpp"
+#include "encoder/lids.hpp"
 #include "media/picture.hpp"
 
 namespace mien::encoder {
@@ -44,17 +45,33 @@ void add_eyes(ModelParts& parts) {
     parts.layer(LayerKind::eyes, {parts.list.add(BlobKind::eyes, coding::encode_eyes(eyes))});
 }
 
-Result<void> add_contact(const Mesh& neutral, ModelParts& parts) {
-    const auto contact = lip_contact(neutral);
-    if (!contact) return {};
-    coding::LipContact lips{contact->pairs, {}};
-    for (const auto& member : contact->members) lips.members.push_back({member.vertex, member.hold});
-    Bytes bytes = coding::encode_contact(lips);
-    MIEN_TRY(stored, coding::decode_contact(bytes, neutral.vertex_count()));
-    auto& kept = parts.model.contact.emplace();
-    kept.pairs = std::move(stored.pairs);
-    for (const auto& member : stored.members) kept.members.push_back({member.vertex, member.hold});
-    parts.layer(LayerKind::contact, {parts.list.add(BlobKind::contact, std::move(bytes))});
+Result<void> add_lids(const Mesh& neutral, ModelParts& parts) {
+    const std::vector<Site>* sites = model::driving_sites(parts.model);
+    if (!sites) return {};
+    for (const model::Lid& found : find_lids(neutral, *sites)) {
+        coding::Lid lid{found.centre, {}};
+        for (const auto& member : found.members) lid.members.push_back({member.vertex, member.share, member.weight, member.hold});
+        Bytes bytes = coding::encode_lid(lid);
+        MIEN_TRY(stored, coding::decode_lid(bytes, neutral.vertex_count()));
+        model::Lid kept{stored.centre, {}};
+        for (const auto& member : stored.members) kept.members.push_back({member.vertex, member.share, member.weight, member.hold});
+        model::add_lid(parts.model, std::move(kept));
+        parts.layer(LayerKind::lid, {parts.list.add(BlobKind::lid, std::move(bytes))});
+    }
+    return {};
+}
+
+Result<void> add_contacts(const Mesh& neutral, ModelParts& parts) {
+    for (const model::Contact& found : find_contacts(neutral)) {
+        coding::Contact contact{found.pairs, {}};
+        for (const auto& member : found.members) contact.members.push_back({member.vertex, member.hold});
+        Bytes bytes = coding::encode_contact(contact);
+        MIEN_TRY(stored, coding::decode_contact(bytes, neutral.vertex_count()));
+        auto& kept = parts.model.contacts.emplace_back();
+        kept.pairs = std::move(stored.pairs);
+        for (const auto& member : stored.members) kept.members.push_back({member.vertex, member.hold});
+        parts.layer(LayerKind::contact, {parts.list.add(BlobKind::contact, std::move(bytes))});
+    }
     return {};
 }
 

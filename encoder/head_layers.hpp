@@ -22,8 +22,10 @@ struct ModelParts {
 std::array<std::vector<std::uint32_t>, 2> eye_vertices(const Mesh& mesh);
 /// Eyeballs that gaze turns; nothing for a mesh without.
 void add_eyes(ModelParts& parts);
-/// Lips of the neutral mesh as the clip has it, held apart where the base shape does not; nothing without a mouth.
-Result<void> add_contact(const Mesh& neutral, ModelParts& parts);
+/// Upper lids of the neutral mesh as the clip has it, over the base shape that is there and that markers move.
+Result<void> add_lids(const Mesh& neutral, ModelParts& parts);
+/// Lips and lids of the neutral mesh as the clip has it, held apart where the base shape does not.
+Result<void> add_contacts(const Mesh& neutral, ModelParts& parts);
 /// Base shape by blend coefficients. With `beside_shell`, rows of skin are left out: a thin shell forms those.
 Result<void> add_blend(const Mesh& neutral, const std::vector<Site>& sites, const std::vector<std::uint32_t>& rigid, bool beside_shell, ModelParts& parts);
 /// A picture for all that no other layer colours.

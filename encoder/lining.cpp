@@ -1,6 +1,8 @@
 #include "encoder/lining.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "core/parallel.hpp"
 #include "core/surface_distance.hpp"
@@ -34,6 +36,27 @@ std::vector<Piece> connected_pieces(const Mesh& mesh) {
     return piece_of;
 }
 
+namespace {
+
+/// From vertices that have a rim to all others that `paths` reach.
+void grow(const Mesh& mesh, const SurfaceDistance& paths, std::vector<Rooted>& rooted) {
+    std::vector<std::pair<std::uint32_t, float>> seeds;
+    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
+        if (rooted[v].rim != kNoRim) seeds.emplace_back(v, 0.0f);
+    const auto neighbours = vertex_neighbours(mesh.vertex_count(), mesh.triangles);
+    for (const auto& r : paths.from(seeds)) {
+        if (rooted[r.vertex].rim != kNoRim) continue;
+        float best = 1e9f;
+        for (const std::uint32_t u : neighbours[r.vertex]) {
+            if (rooted[u].rim == kNoRim) continue;
+            const float way = rooted[u].depth + (mesh.positions.row(u) - mesh.positions.row(r.vertex)).norm();
+            if (way < best) best = way, rooted[r.vertex] = {rooted[u].rim, way};
+        }
+    }
+}
+
+}  // namespace
+
 std::vector<Rooted> grow_lining(const Mesh& mesh, const std::vector<std::uint32_t>& skin) {
     constexpr float kTouch = 0.1f;  // mm; linings may be meshes of their own, sewn on
     const SurfaceDistance lining(mesh, 1u << int(Surface::mouth));
@@ -48,19 +71,45 @@ std::vector<Rooted> grow_lining(const Mesh& mesh, const std::vector<std::uint32_
                 return;
             }
     });
-    std::vector<std::pair<std::uint32_t, float>> seeds;
-    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v)
-        if (rooted[v].rim != kNoRim) seeds.emplace_back(v, 0.0f);
-    const auto neighbours = vertex_neighbours(mesh.vertex_count(), mesh.triangles);
-    for (const auto& r : lining.from(seeds)) {
-        if (rooted[r.vertex].rim != kNoRim) continue;
-        float best = 1e9f;
-        for (const std::uint32_t u : neighbours[r.vertex]) {
-            if (rooted[u].rim == kNoRim) continue;
-            const float way = rooted[u].depth + (position(u) - position(r.vertex)).norm();
-            if (way < best) best = way, rooted[r.vertex] = {rooted[u].rim, way};
+    grow(mesh, lining, rooted);
+    return rooted;
+}
+
+std::vector<Rooted> hang_on_skin(const Mesh& mesh, const std::vector<std::uint32_t>& skin, float reach) {
+    constexpr float kRoot = 0.5f;  // mm further from the skin than the nearest of the piece
+    constexpr std::uint32_t kHanging = 1u << int(Surface::lashes) | 1u << int(Surface::cornea) | 1u << int(Surface::hair) | 1u << int(Surface::other);
+    const SurfaceDistance pieces(mesh, kHanging), all(mesh, ~0u), whole_skin(mesh, 1u << int(Surface::skin));
+    const auto V = mesh.vertex_count();
+    std::vector<std::uint32_t> nearest(V, kNoRim);
+    std::vector<float> away(V, 0);
+    parallel_for(V, [&](std::int64_t i) {
+        const auto v = std::uint32_t(i);
+        if ((all.carries(v) && !pieces.carries(v)) || whole_skin.carries(v) || skin.empty()) return;
+        const auto squared = [&](std::uint32_t u) { return (mesh.positions.row(u) - mesh.positions.row(v)).squaredNorm(); };
+        nearest[v] = *std::min_element(skin.begin(), skin.end(), [&](std::uint32_t a, std::uint32_t b) { return squared(a) < squared(b); });
+        away[v] = std::sqrt(squared(nearest[v]));
+    });
+    std::vector<Rooted> rooted(V, Rooted{kNoRim, 0});
+    std::vector<Triangle> hanging;
+    const std::vector<Surface> surfaces = mesh.triangle_surfaces();
+    for (std::size_t t = 0; t < surfaces.size(); ++t)
+        if (kHanging >> int(surfaces[t]) & 1) hanging.push_back(mesh.triangles[t]);
+    const auto neighbours = vertex_neighbours(V, hanging);
+    std::vector<char> seen(V);
+    for (std::uint32_t seed = 0; seed < V; ++seed) {
+        if (nearest[seed] == kNoRim || seen[seed]) continue;
+        std::vector<std::uint32_t> piece{seed};
+        seen[seed] = 1;
+        float least = reach;
+        for (std::size_t i = 0; i < piece.size(); ++i) {
+            least = std::min(least, away[piece[i]]);
+            for (const std::uint32_t n : neighbours[piece[i]])
+                if (nearest[n] != kNoRim && !std::exchange(seen[n], char(1))) piece.push_back(n);
         }
+        for (const std::uint32_t v : piece)
+            if (away[v] < std::min(reach, least + kRoot)) rooted[v].rim = nearest[v];
     }
+    grow(mesh, pieces, rooted);
     return rooted;
 }
 

@@ -18,10 +18,14 @@ inline constexpr std::uint32_t kNoRim = 0xffffffffu;
 
 /// Where lining (Surface::mouth: walls of the mouth, sockets of the eyes) grows from.
 struct Rooted {
-    std::uint32_t rim;  ///< the skin vertex from which the lining reaches this one first; kNoRim: not lining
-    float depth;        ///< mm along the lining
+    std::uint32_t rim;  ///< the skin vertex from which the lining reaches this one first; kNoRim: not lining, nothing hanging
+    float depth;        ///< mm along the lining or piece
 };
 /// For every vertex, V. skin: vertices that lining may grow from; it shares them or is sewn on within 0.1 mm.
 std::vector<Rooted> grow_lining(const Mesh& mesh, const std::vector<std::uint32_t>& skin);
+
+/// Where lashes, tear film, hair and the like hang: the skin nearest to the root of each connected piece, and how far along the piece.
+/// For every vertex, V; one of no triangle is a piece of its own. skin: as above; pieces that begin more than `reach` mm from it hang on nothing.
+std::vector<Rooted> hang_on_skin(const Mesh& mesh, const std::vector<std::uint32_t>& skin, float reach);
 
 }  // namespace mien::encoder

@@ -70,8 +70,9 @@ private:
         }
         const std::vector<std::uint32_t> rigid = clip_.vertices ? clip_.rigid : std::vector<std::uint32_t>{};
         MIEN_CHECK(add_blend(*clip_.neutral, clip_.marker_sites, rigid, false, parts_));
+        MIEN_CHECK(add_lids(*clip_.neutral, parts_));
         // Weights that are linear in the markers know nothing of lips that stop each other.
-        return add_contact(*clip_.neutral, parts_);
+        return add_contacts(*clip_.neutral, parts_);
     }
 
     Result<void> add_blendshapes() {

@@ -215,6 +215,7 @@ std::vector<Slit> find_slits(const Mesh& neutral, const SurfaceDistance& skin) {
     constexpr float kLidReach = 1.25f;  // corners of the lids, in eyeball radii from its centre
     for (const Ball& eye : eyeballs(neutral, middle)) {
         Slit slit;
+        slit.centre = eye.centre, slit.radius = eye.radius;
         const Vec3 front = eye.centre + Vec3(0, 0, eye.radius);
         slit.line = {front - Vec3(kLidReach * eye.radius, 0, 0), front, front + Vec3(kLidReach * eye.radius, 0, 0)};
         slit.sides = label_lids(neutral, skin, slit.line, eye.radius * 0.6f);

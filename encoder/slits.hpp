@@ -14,6 +14,8 @@ enum class Side : std::int8_t { below = -1, beside = 0, above = 1 };
 struct Slit {
     std::vector<Vec3> line;   ///< from the actor's right corner to the left, mm, ascending x
     bool mouth = false;
+    Vec3 centre = Vec3::Zero();  ///< of the eyeball behind it, mm; not of a mouth
+    float radius = 0;            ///< of the eyeball, mm; 0: a mouth
     std::vector<Side> sides;  ///< V, of every vertex
 };
 

@@ -8,14 +8,14 @@
 
 namespace mien::model {
 
-/// The lips, which may touch and never cross. Both are held on their own side of one surface y = S(x, z) in head space that
+/// Two lips, or the two lids of an eye, which may touch and never cross. Both are held on their own side of one surface y = S(x, z) in head space that
 /// runs between them, so they stay apart however they slide on each other, and nothing moves where they do not meet.
 struct Contact {
     struct Member {
         std::uint32_t vertex;
         float hold;  ///< share of the push that it takes: > 0 stays above the surface, < 0 below; 0 < |hold| <= 1
     };
-    std::vector<std::array<std::uint32_t, 2>> pairs;  ///< vertices that face each other across the mouth: S runs through their middles
+    std::vector<std::array<std::uint32_t, 2>> pairs;  ///< vertices that face each other across the slit: S runs through their middles
     std::vector<Member> members;
 };
 

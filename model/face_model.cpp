@@ -2,6 +2,7 @@
 
 #include <cassert>
 #include <cmath>
+#include <span>
 
 #include "model/thin_shell.hpp"
 
@@ -113,6 +114,46 @@ ShellBase make_shell_base(const Mesh& neutral, std::vector<Site> sites, PointsRe
     return base;
 }
 
+namespace {
+
+/// Parts of one vertex as the lid has them (add_lid). parts: of the markers `marker_of` names.
+template <class Parts, class MarkerOf>
+void reach_with_lid(const Lid::Member& member, const std::vector<float>& marker_share, Parts parts, MarkerOf marker_of) {
+    float shown = 0;
+    for (Eigen::Index i = 0; i < parts.size(); ++i) shown += parts[i] * marker_share[std::size_t(marker_of(i))];
+    constexpr float kLeast = 1e-3f;
+    if (shown < kLeast) return;
+    for (Eigen::Index i = 0; i < parts.size(); ++i)
+        if (marker_share[std::size_t(marker_of(i))] > 0) parts[i] *= 1 - member.weight + member.weight * member.share / shown;
+}
+
+}  // namespace
+
+void add_lid(FaceModel& model, Lid lid) {
+    if (const std::vector<Site>* sites = driving_sites(model)) {
+        std::vector<float> share(model.neutral.vertex_count(), 0);
+        for (const Lid::Member& member : lid.members) share[member.vertex] = member.share;
+        std::vector<float> marker_share;
+        for (const Site& site : *sites) {
+            float seen = 0;
+            for (int i = 0; i < 3; ++i) seen += site.weights[i] * share[site.vertices[i]];
+            marker_share.push_back(seen > kLeastLidShare ? seen : 0);
+        }
+        for (const Lid::Member& member : lid.members) {
+            if (auto* shell = std::get_if<ShellBase>(&model.base))
+                reach_with_lid(member, marker_share, shell->response.row(member.vertex), [](Eigen::Index i) { return i; });
+            if (auto* blend = std::get_if<BlendBase>(&model.base)) {
+                std::span terms(blend->terms.data() + blend->row_start[member.vertex], blend->row_start[member.vertex + 1] - blend->row_start[member.vertex]);
+                Eigen::VectorXf parts{Eigen::Index(terms.size())};
+                for (std::size_t i = 0; i < terms.size(); ++i) parts[Eigen::Index(i)] = terms[i].weight;
+                reach_with_lid<Eigen::VectorXf&>(member, marker_share, parts, [&](Eigen::Index i) { return terms[std::size_t(i)].marker; });
+                for (std::size_t i = 0; i < terms.size(); ++i) terms[i].weight = parts[Eigen::Index(i)];
+            }
+        }
+    }
+    model.lids.push_back(std::move(lid));
+}
+
 const Points* driving_markers(const FaceModel& model) {
     if (const auto* blend = std::get_if<BlendBase>(&model.base)) return &blend->markers;
     if (const auto* shell = std::get_if<ShellBase>(&model.base)) return &shell->markers;
@@ -158,7 +199,8 @@ Points evaluate(const FaceModel& model, const LinearMotion& composed, const Moti
     if (model.detail) model.detail->add_medium(model.detail->parameters(points), points);
     for (int side = 0; side < 2; ++side)
         if (model.eyes[side]) turn_eye(*model.eyes[side], motion.gaze.yaw[side], motion.gaze.pitch[side], points);
-    if (model.contact) hold_apart(*model.contact, points);
+    for (const Lid& lid : model.lids) keep_on_eyeball(lid, model.neutral.positions, points);
+    for (const Contact& contact : model.contacts) hold_apart(contact, points);
     apply_pose(motion.pose, points);
     return points;
 }

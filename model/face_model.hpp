@@ -10,6 +10,7 @@
 #include "core/mesh.hpp"
 #include "model/contact.hpp"
 #include "model/detail_layers.hpp"
+#include "model/lid.hpp"
 #include "model/linear_motion.hpp"
 
 /// The face model: everything static about one actor, as layers (design: base shape, dynamics, medium, fine, albedo).
@@ -65,7 +66,8 @@ struct FaceModel {
     std::variant<VertexBase, BlendBase, ShellBase, BlendshapeBase, PointBase> base;
     std::shared_ptr<const DetailLayers> detail;    ///< medium, fine and albedo over any base shape that has a mesh; or null
     std::optional<Eyeball> eyes[2];                ///< actor's right, left; only when gaze is not already in the motion vector
-    std::optional<Contact> contact;                ///< of the lips, where the base shape does not keep them apart
+    std::vector<Lid> lids;                         ///< the base shape knows of their shares: add_lid
+    std::vector<Contact> contacts;                 ///< of lips and lids, where the base shape does not keep them apart
     std::optional<Image> static_albedo;            ///< used when the stream has no texture track
     bool video_albedo = false;
 
@@ -78,6 +80,12 @@ struct FaceModel {
 /// costs one small matrix product whatever the base is; the GPU holds exactly this.
 LinearMotion compose(const FaceModel& model, const LinearMotion& motion);
 
+/// Gives a model a lid. Where markers move its base shape, those on the lid tell how far it goes: with s_m the share of the lid's way at
+/// marker m (of its members, at its site), a_m its part in vertex v, A those of the markers with s_m > kLeastLidShare and R the others,
+///     offset of v = sum_R a_m o_m + (weight share / sum_A a_m s_m + 1 - weight) sum_A a_m o_m.
+/// A vertex with hardly anything of A in it (sum_A a_m s_m < 0.001) keeps its parts.
+void add_lid(FaceModel& model, Lid lid);
+
 /// Neutral positions of the markers that drive a model, M x 3 mm, and where they sit on its mesh; null when no markers drive it, or there is
 /// no mesh.
 const Points* driving_markers(const FaceModel& model);
@@ -86,8 +94,8 @@ const std::vector<Site>* driving_sites(const FaceModel& model);
 /// Neutral positions of all drawn points, V x 3 mm.
 const Points& neutral_points(const FaceModel& model);
 
-/// The reference for the GPU: neutral + mean + components * w + corrections, the medium layer of its detail, eyes turned by
-/// gaze, lips held apart, then the head pose. V x 3 mm.
+/// The reference for the GPU: neutral + mean + components * w + corrections, the medium layer of its detail, eyes
+/// turned by gaze, lids kept on their eyeballs, lips and lids held apart, then the head pose. V x 3 mm.
 Points evaluate(const FaceModel& model, const LinearMotion& composed, const Motion& motion);
 
 }  // namespace mien::model

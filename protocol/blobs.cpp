@@ -35,7 +35,7 @@ Result<Bytes> unpack(ByteView packed, std::uint64_t size) {
 }
 
 bool known(std::uint8_t kind) {
-    return kind >= static_cast<std::uint8_t>(BlobKind::manifest) && kind <= static_cast<std::uint8_t>(BlobKind::driving_markers);
+    return kind >= static_cast<std::uint8_t>(BlobKind::manifest) && kind <= static_cast<std::uint8_t>(BlobKind::lid);
 }
 
 }  // namespace
@@ -58,6 +58,7 @@ std::string_view name_of(BlobKind kind) {
         case BlobKind::detail_map: return "detail map";
         case BlobKind::refinement: return "detail refinement";
         case BlobKind::driving_markers: return "driving markers";
+        case BlobKind::lid: return "lid";
     }
     return {};
 }
@@ -184,7 +185,7 @@ Result<Manifest> parse_manifest(ByteView bytes) {
         const std::uint8_t kind = in.u8();
         const std::uint64_t blobs = in.varint();
         if (!in.ok()) break;
-        if (kind < 1 || kind > static_cast<std::uint8_t>(LayerKind::albedo_map))
+        if (kind < 1 || kind > static_cast<std::uint8_t>(LayerKind::lid))
             return damaged(fmt::format("layer {} of the model manifest is of unknown kind {}", l, kind));
         if (blobs > kMaxBlobs) return too_large(fmt::format("layer {} of the model manifest names {} blobs", l, blobs));
         layer.kind = static_cast<LayerKind>(kind);

@@ -84,13 +84,14 @@ enum class BlobKind : std::uint8_t {
     blendshapes = 7,   ///< targets of a weight-driven mesh
     texture = 8,       ///< a static picture (JPEG or PNG bytes)
     eyes = 9,          ///< eyeballs that gaze turns
-    contact = 10,      ///< lips that are held apart
+    contact = 10,      ///< lips or lids that are held apart
     shell = 11,        ///< what holds a thin shell: marker sites, fixed vertices
     marker_domain = 12,  ///< marker triangles, axes and factors: what drives polynomial maps
     texel_mask = 13,   ///< the texels a map covers
     detail_map = 14,   ///< the first stage of a polynomial map
     refinement = 15,   ///< a further stage of a polynomial map
     driving_markers = 16,  ///< markers that drive a thin shell in the place of those of its shell blob
+    lid = 17,          ///< how far an upper lid goes, and the eyeball it slides over
 };
 
 struct BlobInfo {
@@ -109,12 +110,13 @@ enum class LayerKind : std::uint8_t {
     eyes = 6,          ///< eyeballs turned by gaze
     static_albedo = 7,
     video_albedo = 8,  ///< albedo is the stream's texture track
-    contact = 9,       ///< lips that are held apart, where the base shape does not
+    contact = 9,       ///< lips or lids that are held apart, where the base shape does not; one layer for each slit
     thin_shell = 10,   ///< base shape: motion is marker offsets, a linear thin shell over them (Ma et al. 2008, section 4)
     marker_domain = 11,  ///< what the maps below are polynomials of
     medium = 12,       ///< displacement of the base shape: mask, map, refinements in order
     fine = 13,         ///< displacement along the normal: likewise
     albedo_map = 14,   ///< polynomial albedo: likewise
+    lid = 15,          ///< an upper lid that markers move: it goes further than they, over the eyeball; one layer an eye
 };
 struct Layer {
     LayerKind kind = LayerKind::shape;

@@ -91,14 +91,28 @@ Shape::Shape(const model::FaceModel& model, const model::LinearMotion& composed)
         }
     eye_of_ = gl::make_buffer(sizeof(std::uint32_t) * eye_of.size(), eye_of.data());
 
-    if (const auto& contact = model.contact) {
+    if (!model.lids.empty()) {
+        struct Member {  // as in lids.comp
+            float centre[3], rest;
+            std::uint32_t vertex;
+            float hold;
+            float padding[2];
+        };
+        std::vector<Member> members;
+        for (const model::Lid& lid : model.lids)
+            for (const auto& member : lid.members)
+                members.push_back({{lid.centre.x(), lid.centre.y(), lid.centre.z()}, (neutral.row(member.vertex).transpose() - lid.centre).norm(), member.vertex, member.hold, {}});
+        lids_program_ = gl::make_compute(embedded::shaders_lids_comp);
+        lid_members_ = int(members.size());
+        lids_ = gl::make_buffer(sizeof members[0] * members.size(), members.data());
+    }
+    if (!model.contacts.empty()) contact_ = gl::make_compute(embedded::shaders_contact_comp);
+    for (const model::Contact& contact : model.contacts) {
         static_assert(sizeof(model::Contact::Member) == 8, "as in contact.comp");
-        assert(contact->pairs.size() <= model::kMaxContactPairs);
-        contact_ = gl::make_compute(embedded::shaders_contact_comp);
-        pair_count_ = int(contact->pairs.size());
-        member_count_ = int(contact->members.size());
-        pairs_ = gl::make_buffer(sizeof contact->pairs[0] * contact->pairs.size(), contact->pairs.data());
-        members_ = gl::make_buffer(sizeof contact->members[0] * contact->members.size(), contact->members.data());
+        assert(contact.pairs.size() <= model::kMaxContactPairs);
+        contacts_.push_back({gl::make_buffer(sizeof contact.pairs[0] * contact.pairs.size(), contact.pairs.data()),
+                             gl::make_buffer(sizeof contact.members[0] * contact.members.size(), contact.members.data()), int(contact.pairs.size()),
+                             int(contact.members.size())});
     }
 
     if (model.detail) detail_.emplace(*model.detail);
@@ -145,7 +159,8 @@ void Shape::form(const model::Motion& motion, const ShapeSteps& steps) {
         dispatch(count_);
     }
     if (detail_) detail_->form(positions_, pose_, steps.medium);
-    if (steps.motion && pair_count_ > 0) hold_lips_apart();
+    if (steps.motion && lid_members_ > 0) keep_lids_on_eyeballs();
+    if (steps.motion && !contacts_.empty()) hold_apart();
     form_normals();
 }
 
@@ -165,18 +180,30 @@ void Shape::correct(std::span<const model::Correction> corrections) {
     dispatch(int(corrections.size()));
 }
 
-void Shape::hold_lips_apart() {
-    contact_.set("pair_count", pair_count_);
-    contact_.set("member_count", member_count_);
+void Shape::keep_lids_on_eyeballs() {
+    lids_program_.set("member_count", lid_members_);
+    lids_program_.set("rotation", Eigen::Matrix3f(pose_.rotation.toRotationMatrix()));
+    lids_program_.set("translation", pose_.translation);
+    lids_program_.use();
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, positions_.id());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, lids_.id());
+    dispatch(lid_members_);
+}
+
+void Shape::hold_apart() {
     contact_.set("rotation", Eigen::Matrix3f(pose_.rotation.toRotationMatrix()));
     contact_.set("translation", pose_.translation);
     contact_.set("reach", model::kContactReach);
     contact_.set("softness", model::kContactSoftness);
-    contact_.use();
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, positions_.id());
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, pairs_.id());
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, members_.id());
-    dispatch(1);
+    for (const Contact& contact : contacts_) {
+        contact_.set("pair_count", contact.pair_count);
+        contact_.set("member_count", contact.member_count);
+        contact_.use();
+        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, contact.pairs.id());
+        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, contact.members.id());
+        dispatch(1);
+    }
 }
 
 void Shape::form(PointsRef positions, const RigidPose& pose) {

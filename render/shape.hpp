@@ -35,15 +35,21 @@ public:
 private:
     /// Positions = neutral + mean + corrections.
     void correct(std::span<const model::Correction> corrections);
-    void hold_lips_apart();
+    void keep_lids_on_eyeballs();
+    void hold_apart();
     void form_normals();
 
     int count_ = 0;
     int components_ = 0;
-    int pair_count_ = 0, member_count_ = 0;  ///< of the lips' contact
+    struct Contact {
+        gl::Buffer pairs, members;
+        int pair_count = 0, member_count = 0;
+    };
+    std::vector<Contact> contacts_;
+    int lid_members_ = 0;
     int per_buffer_ = 1;                    ///< components that fit into one buffer of texels
-    gl::Program shape_, correct_, contact_, normals_program_;
-    gl::Buffer positions_, normals_, neutral_, neutral_and_mean_, weights_, eye_of_, pairs_, members_, ring_start_, ring_;
+    gl::Program shape_, correct_, contact_, lids_program_, normals_program_;
+    gl::Buffer positions_, normals_, neutral_, neutral_and_mean_, weights_, eye_of_, lids_, ring_start_, ring_;
     std::vector<gl::Buffer> component_blocks_;
     gl::Texture position_texels_, normal_texels_, neutral_texels_, ring_start_texels_, ring_texels_;
     std::vector<gl::Texture> component_texels_;

@@ -38,6 +38,7 @@ const char* name_of(LayerKind kind) {
         case LayerKind::medium: return "medium";
         case LayerKind::fine: return "fine";
         case LayerKind::albedo_map: return "albedo";
+        case LayerKind::lid: return "lid";
     }
     return "";
 }
@@ -73,7 +74,8 @@ Result<ByteSplit> split_bytes(const StoredStream& stream) {
             case BlobKind::eyes:
             case BlobKind::contact:
             case BlobKind::shell:
-            case BlobKind::driving_markers: split.shape += blob.stored; break;
+            case BlobKind::driving_markers:
+            case BlobKind::lid: split.shape += blob.stored; break;
             case BlobKind::marker_domain:
             case BlobKind::texel_mask:
             case BlobKind::detail_map:

@@ -1,5 +1,5 @@
 #version 450 core
-// Lips held apart: model::hold_apart, after shape.comp. One work group, so that every middle is read before anything moves.
+// Lips or lids held apart: model::hold_apart, after shape.comp. One work group, so that every middle is read before anything moves.
 layout(local_size_x = 256) in;  // kMaxContactPairs
 
 struct Member { uint vertex; float hold; };

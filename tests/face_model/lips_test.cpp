@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "encoder/blend_coefficients.hpp"
-#include "encoder/lip_contact.hpp"
+#include "encoder/contacts.hpp"
 #include "encoder/slits.hpp"
 #include "core/surface_distance.hpp"
 #include "samples/ict_actor.hpp"
@@ -140,8 +140,9 @@ Figures measure(const samples::Actor& actor, const samples::Performance& perform
     model::FaceModel face;
     face.neutral = mesh;
     face.base = *blend_coefficients(mesh, sites, actor.rigid_vertices());
-    const auto contact = lip_contact(mesh);
-    EXPECT_TRUE(contact);
+    const auto contacts = find_contacts(mesh);
+    const auto contact = contacts.begin();  // of the mouth
+    EXPECT_EQ(contacts.size(), 3u);
     const Overlap overlap(mesh);
     EXPECT_GT(overlap.size(), 150u);
     EXPECT_LT(overlap.folded(), overlap.vertices() / 50) << "of " << overlap.vertices() << "; the ICT rig at rest overlaps in eight places near the corners";
@@ -159,9 +160,9 @@ Figures measure(const samples::Actor& actor, const samples::Performance& perform
         model::Motion motion;
         motion.coefficients = Eigen::VectorXf::Ones(1);
         const auto composed = model::compose(face, markers);
-        face.contact.reset();
+        face.contacts.clear();
         const Points linear = model::evaluate(face, composed, motion);
-        face.contact = contact;
+        face.contacts = {*contact};
         const Points held = model::evaluate(face, composed, motion);
         for (const auto& [upper, lower] : contact->pairs) figures.widest = std::max(figures.widest, truth(upper, 1) - truth(lower, 1));
         figures.truth = std::max(figures.truth, overlap.deepest(truth));

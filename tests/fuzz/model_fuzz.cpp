@@ -69,6 +69,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
             break;
         }
         case 6: {
+            const auto lid = coding::decode_lid(blob, V);
+            if (lid.ok())
+                for (const auto& member : lid->members) check(member.vertex < V && member.share >= 0 && member.weight <= 1 && member.hold <= 1);
             const auto contact = coding::decode_contact(blob, V);
             if (!contact.ok()) break;
             for (const auto& pair : contact->pairs) check(pair[0] < V && pair[1] < V);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include <cmath>
 
 #include "meshes.hpp"
@@ -103,10 +105,10 @@ TEST(EyeCode, KeepsBothOneOrNoEye) {
     }
 }
 
-LipContact some_lips() { return {{{4, 9}, {3, 8}}, {{2, 1}, {3, 0.25f}, {4, 1.0f / 127}, {8, -0.5f}, {9, -1}}}; }
+Contact some_lips() { return {{{4, 9}, {3, 8}}, {{2, 1}, {3, 0.25f}, {4, 1.0f / 127}, {8, -0.5f}, {9, -1}}}; }
 
 TEST(ContactCode, KeepsPairsAndHolds) {
-    const LipContact lips = some_lips();
+    const Contact lips = some_lips();
     const auto back = decode_contact(encode_contact(lips), 10);
     ASSERT_TRUE(back.ok()) << back.error().message;
     EXPECT_EQ(back->pairs, lips.pairs);
@@ -136,7 +138,49 @@ TEST(ContactCode, RefusesHoldsOfNothingAndTooManyPairs) {
     EXPECT_FALSE(decode_contact(one(kMaxContactPairs + 1, 1), 6).ok());
 }
 
+Lid some_lid() { return {{31.5f, -2, 70}, {{0, 1, 0, 0}, {3, 1.625f, 1, 0.25f}, {4, 3.984375f, 0.5f, 1}, {9, 0, 1.0f / 255, 0.5f}}}; }
+
+TEST(LidCode, KeepsSharesAndHolds) {
+    const Lid lid = some_lid();
+    const auto back = decode_lid(encode_lid(lid), 10);
+    ASSERT_TRUE(back.ok()) << back.error().message;
+    EXPECT_EQ(back->centre, lid.centre);
+    ASSERT_EQ(back->members.size(), lid.members.size());
+    for (std::size_t i = 0; i < lid.members.size(); ++i) {
+        EXPECT_EQ(back->members[i].vertex, lid.members[i].vertex);
+        EXPECT_EQ(back->members[i].share, lid.members[i].share);
+        EXPECT_NEAR(back->members[i].weight, lid.members[i].weight, 0.5 / 255 + 1e-6);
+        EXPECT_NEAR(back->members[i].hold, lid.members[i].hold, 0.5 / 255 + 1e-6);
+    }
+    EXPECT_FALSE(decode_lid(encode_lid(lid), 9).ok()) << "vertex 9 is not there";
+}
+
+TEST(LidCode, RefusesWhatIsNoLid) {
+    const auto one = [](float centre, unsigned members) {
+        ByteWriter out;
+        for (int c = 0; c < 3; ++c) out.f32(centre);
+        out.varint(members);
+        out.varint(5);
+        for (int i = 0; i < 3; ++i) out.u8(255);
+        return out.take();
+    };
+    EXPECT_TRUE(decode_lid(one(0, 1), 6).ok());
+    EXPECT_FALSE(decode_lid(one(0, 1), 5).ok()) << "vertex 5 is not there";
+    EXPECT_FALSE(decode_lid(one(0, 7), 6).ok()) << "more members than vertices";
+    EXPECT_FALSE(decode_lid(one(1e7f, 1), 6).ok());
+    EXPECT_FALSE(decode_lid(one(std::numeric_limits<float>::quiet_NaN(), 1), 6).ok());
+}
+
 TEST(LayerCode, RefusesOrSurvivesDamage) {
+    for_all_damage(encode_lid(some_lid()), [](ByteView bytes, bool cut) {
+        const auto back = decode_lid(bytes, 10);
+        EXPECT_FALSE(cut && back.ok()) << bytes.size();
+        if (!back.ok()) return;
+        for (const auto& member : back->members) {
+            EXPECT_LT(member.vertex, 10u);
+            EXPECT_LE(member.weight, 1);
+        }
+    });
     for_all_damage(encode_contact(some_lips()), [](ByteView bytes, bool cut) {
         const auto back = decode_contact(bytes, 10);
         EXPECT_FALSE(cut && back.ok()) << bytes.size();

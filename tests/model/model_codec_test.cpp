@@ -84,13 +84,24 @@ void expect_same(const model::FaceModel& a, const model::FaceModel& b) {
         EXPECT_EQ(a.eyes[side]->centre, b.eyes[side]->centre);
         EXPECT_EQ(a.eyes[side]->vertices, b.eyes[side]->vertices);
     }
-    ASSERT_EQ(a.contact.has_value(), b.contact.has_value());
-    if (a.contact) {
-        EXPECT_EQ(a.contact->pairs, b.contact->pairs);
-        ASSERT_EQ(a.contact->members.size(), b.contact->members.size());
-        for (std::size_t i = 0; i < a.contact->members.size(); ++i) {
-            EXPECT_EQ(a.contact->members[i].vertex, b.contact->members[i].vertex);
-            EXPECT_EQ(a.contact->members[i].hold, b.contact->members[i].hold);
+    ASSERT_EQ(a.contacts.size(), b.contacts.size());
+    for (std::size_t c = 0; c < a.contacts.size(); ++c) {
+        EXPECT_EQ(a.contacts[c].pairs, b.contacts[c].pairs);
+        ASSERT_EQ(a.contacts[c].members.size(), b.contacts[c].members.size());
+        for (std::size_t i = 0; i < a.contacts[c].members.size(); ++i) {
+            EXPECT_EQ(a.contacts[c].members[i].vertex, b.contacts[c].members[i].vertex);
+            EXPECT_EQ(a.contacts[c].members[i].hold, b.contacts[c].members[i].hold);
+        }
+    }
+    ASSERT_EQ(a.lids.size(), b.lids.size());
+    for (std::size_t l = 0; l < a.lids.size(); ++l) {
+        EXPECT_EQ(a.lids[l].centre, b.lids[l].centre);
+        ASSERT_EQ(a.lids[l].members.size(), b.lids[l].members.size());
+        for (std::size_t i = 0; i < a.lids[l].members.size(); ++i) {
+            EXPECT_EQ(a.lids[l].members[i].vertex, b.lids[l].members[i].vertex);
+            EXPECT_EQ(a.lids[l].members[i].share, b.lids[l].members[i].share);
+            EXPECT_EQ(a.lids[l].members[i].weight, b.lids[l].members[i].weight);
+            EXPECT_EQ(a.lids[l].members[i].hold, b.lids[l].members[i].hold);
         }
     }
     ASSERT_EQ(a.base.index(), b.base.index());

@@ -128,9 +128,27 @@ TEST_F(ShapeGLTest, ACorrectedMarkerMovesAllVerticesThatHangOnIt) {
     EXPECT_EQ(moved.row(3), plain.row(3));
 }
 
+TEST_F(ShapeGLTest, LidsStayOnTheirEyeballsAsOnTheCpu) {
+    model::FaceModel model = ball_with_eyes();
+    for (std::uint32_t eye = 0; eye < 2; ++eye) {
+        model::Lid lid{Vec3(eye ? 30 : -30, 5, 60), {}};
+        for (std::uint32_t v = 300 + 100 * eye; v < 380 + 100 * eye; ++v) lid.members.push_back({v, 1, 1, float(v % 5) / 4});
+        model.lids.push_back(std::move(lid));
+    }
+    const model::LinearMotion motion = random_motion(3 * model.point_count(), 7, 5);
+    FaceRenderer renderer(model, motion);
+    const model::Motion instant = some_motion(7);
+    renderer.set_motion(instant);
+    draw_once(renderer);
+    const Points held = model::evaluate(model, motion, instant);
+    expect_points_near(renderer.read_positions(), held, 1e-3f);
+    model.lids.clear();
+    EXPECT_GT((held - model::evaluate(model, motion, instant)).rowwise().norm().maxCoeff(), 1) << "mm: they were held";
+}
+
 TEST_F(ShapeGLTest, LipsAreHeldApartAsOnTheCpu) {
     model::FaceModel model = ball_with_eyes();
-    model::Contact& contact = model.contact.emplace();
+    model::Contact& contact = model.contacts.emplace_back();
     for (std::uint32_t i = 0; i < 200; ++i) contact.pairs.push_back({300 + i, 500 - i});
     for (std::uint32_t v = 200; v < 700; ++v) contact.members.push_back({v, (v % 2 ? 1.0f : -1.0f) * float(v % 9 + 1) / 9});
     const model::LinearMotion motion = random_motion(3 * model.point_count(), 7, 5);
@@ -140,7 +158,7 @@ TEST_F(ShapeGLTest, LipsAreHeldApartAsOnTheCpu) {
     draw_once(renderer);
     const Points held = model::evaluate(model, motion, instant);
     expect_points_near(renderer.read_positions(), held, 1e-3f);
-    model.contact.reset();
+    model.contacts.clear();
     EXPECT_GT((held - model::evaluate(model, motion, instant)).rowwise().norm().maxCoeff(), 10) << "mm: they were held";
 }
 

@@ -49,6 +49,7 @@ Bytes make_face() {
     eyes[1] = coding::Ball{{3.5f, 20, -2.25f}, {0, 1, 2, 7, 9, 10}};
     add(LayerKind::eyes, BlobKind::eyes, coding::encode_eyes(eyes));
     add(LayerKind::contact, BlobKind::contact, coding::encode_contact({{{3, 12}, {5, 14}}, {{3, 1}, {4, 0.5f}, {12, -1}, {13, -0.25f}}}));
+    add(LayerKind::lid, BlobKind::lid, coding::encode_lid({{3.5f, 20, -2.25f}, {{6, 1.5f, 1, 0.2f}, {7, 1, 0.6f, 1}, {30, 0.25f, 0.4f, 0}}}));
     return file_of(manifest, list);
 }
 
@@ -154,7 +155,7 @@ private:
 
 const std::vector<ModelVector>& model_vectors() {
     static const std::vector<ModelVector> all{
-        {"model_face.mien", "a mirrored mesh in parts, with seams; blend coefficients, one eye, lips"},
+        {"model_face.mien", "a mirrored mesh in parts, with seams; blend coefficients, one eye, lips, a lid"},
         {"model_rig.mien", "a mirrored mesh and two target shapes"},
         {"model_detail.mien", "shell, driving markers, marker domain, masks with holes, three maps of three stages"},
     };
@@ -225,6 +226,13 @@ Result<std::vector<std::string>> model_digests(const Bytes& file) {
                 MIEN_TRY(contact, coding::decode_contact(*content, mesh.vertex_count()));
                 for (const auto& pair : contact.pairs) numbers.add(pair[0]), numbers.add(pair[1]);
                 for (const auto& member : contact.members) numbers.add(member.vertex), numbers.steps(double(member.hold), 127);
+                break;
+            }
+            case LayerKind::lid: {
+                MIEN_TRY(content, blob(0));
+                MIEN_TRY(lid, coding::decode_lid(*content, mesh.vertex_count()));
+                for (int c = 0; c < 3; ++c) numbers.add(lid.centre[c]);
+                for (const auto& member : lid.members) numbers.add(member.vertex), numbers.steps(double(member.share), 64), numbers.steps(double(member.weight), 255), numbers.steps(double(member.hold), 255);
                 break;
             }
             case LayerKind::thin_shell: {

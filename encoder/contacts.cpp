@@ -1,20 +1,22 @@
-#include "encoder/lip_contact.hpp"
+#include "encoder/contacts.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
+#include "core/surface_distance.hpp"
+#include "encoder/lid_margins.hpp"
 #include "encoder/lining.hpp"
 #include "encoder/slits.hpp"
-#include "core/surface_distance.hpp"
 
 namespace mien::encoder {
 namespace {
 
-constexpr float kReach = 10;      // mm from the line of the mouth; what lies farther never comes to it
+constexpr float kReach = 10;      // mm from the line of the mouth, or from a lid's margin; what lies farther never comes to it
 constexpr float kPairGap = 5;     // mm between the vertices of a pair
 constexpr float kPairSpacing = 1; // mm between pairs at least
 constexpr float kLiningReach = 8; // mm along the lining at which it is let go
-// The lips are one where they meet at the corners: hold grows with the way along the skin to the other lip, mm.
+// Lips are one where they meet at the corners, and so are lids: hold grows with the way along the skin to the other one, mm.
 constexpr float kOneLip = 0.3f, kTwoLips = 1.5f;
 
 float smooth_step(float t) {
@@ -24,25 +26,32 @@ float smooth_step(float t) {
 
 class ContactFinder {
 public:
-    ContactFinder(const Mesh& mesh, const SurfaceDistance& skin, const Slit& mouth) : mesh_(mesh), skin_(skin), mouth_(mouth) {
+    ContactFinder(const Mesh& mesh, const SurfaceDistance& skin, const Slit& slit) : mesh_(mesh), skin_(skin), slit_(slit) {
+        if (slit.mouth) {
+            line_ = slit.line;
+        } else {
+            margins_ = lid_margins(mesh, skin, slit);
+            for (const auto& pair : margins_)
+                for (const std::uint32_t v : pair) line_.push_back(position(v));
+        }
         measure_ways();
     }
 
     std::optional<model::Contact> run() const {
         model::Contact contact;
-        contact.pairs = pairs();
+        contact.pairs = slit_.mouth ? facing_lips() : margins_;
         if (contact.pairs.empty()) return std::nullopt;
         std::vector<std::uint32_t> roots;
         for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v)
             if (way_[v] < kFar) roots.push_back(v);
         const std::vector<Rooted> rooted = grow_lining(mesh_, roots);
         for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v) {
-            if (mouth_.sides[v] == Side::beside || to_line(v) > kReach) continue;
+            if (slit_.sides[v] == Side::beside || to_line(v) > kReach) continue;
             float hold = 0;
             if (skin_.carries(v)) hold = two_lips(v);
-            else if (const auto [rim, depth] = rooted[v]; rim != kNoRim && mouth_.sides[rim] == mouth_.sides[v])
+            else if (const auto [rim, depth] = rooted[v]; rim != kNoRim && slit_.sides[rim] == slit_.sides[v])
                 hold = two_lips(rim) * smooth_step(1 - depth / kLiningReach);
-            if (hold > 0) contact.members.push_back({v, mouth_.sides[v] == Side::above ? hold : -hold});
+            if (hold > 0) contact.members.push_back({v, slit_.sides[v] == Side::above ? hold : -hold});
         }
         return contact;
     }
@@ -53,7 +62,7 @@ private:
     Vec3 position(std::uint32_t v) const { return mesh_.positions.row(v).transpose(); }
     float to_line(std::uint32_t v) const {
         float nearest = 1e9f;
-        for (const Vec3& p : mouth_.line) nearest = std::min(nearest, (p - position(v)).norm());
+        for (const Vec3& p : line_) nearest = std::min(nearest, (p - position(v)).norm());
         return nearest;
     }
     float two_lips(std::uint32_t v) const { return smooth_step((way_[v] - kOneLip) / (kTwoLips - kOneLip)); }
@@ -63,17 +72,17 @@ private:
         for (const Side side : {Side::above, Side::below}) {
             std::vector<std::pair<std::uint32_t, float>> others;
             for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v)
-                if (skin_.carries(v) && int(mouth_.sides[v]) == -int(side)) others.emplace_back(v, 0.0f);
+                if (skin_.carries(v) && int(slit_.sides[v]) == -int(side)) others.emplace_back(v, 0.0f);
             for (const auto& r : skin_.from(others, kFar))
-                if (mouth_.sides[r.vertex] == side) way_[r.vertex] = r.distance;
+                if (slit_.sides[r.vertex] == side) way_[r.vertex] = r.distance;
         }
     }
 
-    std::vector<std::array<std::uint32_t, 2>> pairs() const {
+    std::vector<std::array<std::uint32_t, 2>> facing_lips() const {
         std::vector<std::uint32_t> upper, lower;
         for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v)
-            if (skin_.carries(v) && mouth_.sides[v] != Side::beside && way_[v] > kOneLip && to_line(v) < kReach)
-                (mouth_.sides[v] == Side::above ? upper : lower).push_back(v);
+            if (skin_.carries(v) && slit_.sides[v] != Side::beside && way_[v] > kOneLip && to_line(v) < kReach)
+                (slit_.sides[v] == Side::above ? upper : lower).push_back(v);
         if (upper.empty() || lower.empty()) return {};
         const auto nearest = [&](std::uint32_t v, const std::vector<std::uint32_t>& among) {
             return *std::min_element(among.begin(), among.end(), [&](std::uint32_t a, std::uint32_t b) {
@@ -97,17 +106,22 @@ private:
 
     const Mesh& mesh_;
     const SurfaceDistance& skin_;
-    const Slit& mouth_;
-    std::vector<float> way_;  // V: along the skin to the other lip, mm
+    const Slit& slit_;
+    std::vector<std::array<std::uint32_t, 2>> margins_;  // of an eye
+    std::vector<Vec3> line_;  // of the mouth, or both margins
+    std::vector<float> way_;  // V: along the skin to the other lip or lid, mm
 };
 
 }  // namespace
 
-std::optional<model::Contact> lip_contact(const Mesh& neutral) {
+std::vector<model::Contact> find_contacts(const Mesh& neutral) {
     const SurfaceDistance skin(neutral, 1u << int(Surface::skin));
-    for (const Slit& slit : find_slits(neutral, skin))
-        if (slit.mouth) return ContactFinder(neutral, skin, slit).run();
-    return std::nullopt;
+    std::vector<Slit> slits = find_slits(neutral, skin);
+    std::stable_partition(slits.begin(), slits.end(), [](const Slit& slit) { return slit.mouth; });
+    std::vector<model::Contact> contacts;
+    for (const Slit& slit : slits)
+        if (auto contact = ContactFinder(neutral, skin, slit).run()) contacts.push_back(std::move(*contact));
+    return contacts;
 }
 
 }  // namespace mien::encoder
