@@ -5,9 +5,9 @@
 #include "media/sound_codec.hpp"
 
 namespace mien::encoder {
+namespace {
 
-Result<EncodedSound> encode_sound(const Sound& sound, const SoundOptions& options) {
-    MIEN_TRY(run, media::compress_sound(sound, options.codec, options.kbps));
+EncodedSound in_groups(media::SoundPackets run, const SoundOptions& options) {
     EncodedSound out;
     out.codec = options.codec;
     out.codec_config = std::move(run.codec_config);
@@ -40,6 +40,29 @@ Result<EncodedSound> encode_sound(const Sound& sound, const SoundOptions& option
         out.groups.back().objects.push_back({1, run.packets[std::size_t(i)]});
     }
     return out;
+}
+
+double kbps_of(const EncodedSound& encoded) {
+    std::size_t bytes = 0;
+    for (const protocol::Group& group : encoded.groups)
+        for (const protocol::Object& object : group.objects) bytes += object.bytes.size();
+    return encoded.info.samples ? 8e-3 * double(bytes) * encoded.info.sample_rate / double(encoded.info.samples) : 0;
+}
+
+}  // namespace
+
+Result<EncodedSound> encode_sound(const Sound& sound, const SoundOptions& options) {
+    constexpr int kTries = 3;
+    constexpr double kSlack = 1.01;
+    double kbps = options.kbps;
+    for (int tries = 1;; ++tries) {
+        MIEN_TRY(run, media::compress_sound(sound, options.codec, kbps));
+        EncodedSound encoded = in_groups(std::move(run), options);
+        // Codecs of variable rate miss their aim, and every group says its pre-roll again.
+        const double taken = kbps_of(encoded);
+        if (taken <= kSlack * options.kbps || tries == kTries) return encoded;
+        kbps *= options.kbps / taken;
+    }
 }
 
 }  // namespace mien::encoder

@@ -10,7 +10,7 @@ namespace mien::encoder {
 
 struct SoundOptions {
     std::string codec = "opus";  ///< opus, aac
-    double kbps = 48;
+    double kbps = 48;            ///< at most, all groups with their pre-roll, as far as the codec can
     std::int64_t group_frames = 30;
     Rational frame_rate{30, 1};  ///< of the visual tracks: a packet belongs to the group in which it starts
     std::int64_t frames = 0;     ///< of the visual tracks; packets after the last group belong to it

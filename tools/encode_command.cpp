@@ -221,7 +221,7 @@ void add_encode(CLI::App& mien, int& code) {
         ->excludes("--texture-quality");
     auto* texture_speed = command->add_option("--texture-speed", request->texture_speed, "The codec's own preset name");
     auto* sound_codec = command->add_option("--sound-codec", request->sound_codec, "opus or aac")->check(CLI::IsMember({"opus", "aac"}))->capture_default_str();
-    auto* sound_rate = command->add_option("--sound-kbps", request->sound_kbps, "Sound bit rate, kbit/s; what a decoder needs to begin at every group comes on top")->check(number_from(1, 10000))->capture_default_str();
+    auto* sound_rate = command->add_option("--sound-kbps", request->sound_kbps, "Sound bit rate, kbit/s")->check(number_from(1, 10000))->capture_default_str();
     command->add_flag("--no-texture", request->no_texture, "Leave the texture out");
     command->add_flag("--no-sound", request->no_sound, "Leave the sound out");
     add_threads(*command, request->threads, "; the result is the same for any number");

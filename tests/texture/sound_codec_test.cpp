@@ -147,6 +147,24 @@ TEST(Sound, EndsWhereItEndsWhenThePictureGoesOn) {
     EXPECT_EQ(block->sound.length(), 24000 - 19200);
 }
 
+TEST(Sound, TakesNoMoreThanAskedWithAllThatIsSaidTwice) {
+    const Sound original = babble(48000, 1, 5);
+    for (const char* codec : {"opus", "aac"})
+        for (const double kbps : {32.0, 64.0}) {
+            encoder::SoundOptions options;
+            options.codec = codec;
+            options.kbps = kbps;
+            options.frames = 150;
+            const auto encoded = encoder::encode_sound(original, options);
+            ASSERT_TRUE(encoded.ok()) << encoded.error().message;
+            std::size_t bytes = 0;
+            for (const auto& group : encoded->groups)
+                for (const auto& object : group.objects) bytes += object.bytes.size();
+            EXPECT_LT(8e-3 * double(bytes) / 5, 1.02 * kbps) << codec;
+            EXPECT_GT(8e-3 * double(bytes) / 5, 0.8 * kbps) << codec;
+        }
+}
+
 TEST(Sound, RefusesWhatIsNoSound) {
     encoder::SoundOptions options;
     Sound sound = babble(48000, 2, 0.1);
