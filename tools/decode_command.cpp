@@ -56,8 +56,13 @@ Result<int> decode(const Request& request) {
     end_progress();
     if (!stream.reader().complete()) tell_ends(request, stream, clip);
     if (!request.quiet) fmt::print("{}: {} frames\n", request.output, clip.frame_count());
-    for (const Loss& loss : *losses) fail(fmt::format("'{}': {}", request.file, describe(loss, stream.header())));
-    return losses->empty() ? kDone : kFailed;
+    int code = kDone;
+    for (const Loss& loss : *losses) {
+        const std::string what = fmt::format("'{}': {}", request.file, describe(loss, stream.header()));
+        if (loss.kind == Loss::Kind::cut) warn(what);   // as all that is missing of a file that has been cut
+        else code = fail(what);
+    }
+    return code;
 }
 
 }  // namespace

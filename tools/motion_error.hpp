@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "core/clip.hpp"
 
@@ -23,5 +24,8 @@ private:
     std::int64_t points_ = 0;
     double distance_sum_ = 0, squared_sum_ = 0, peak_ = 0, spread_ = 0;
 };
+
+/// The RMS error of showing each point's mean over all frames instead: F frames of N points of `dimension` numbers, NaN: absent.
+double still_rms(const std::vector<float>& values, std::int64_t N, int dimension);
 
 }  // namespace mien::tools

@@ -30,11 +30,14 @@ public:
         for (const auto& entry : groups_)
             if (!stream_.reader().is_cut(entry)) frames_ = std::max(frames_, end_of(entry));
         if (stream_.reader().complete()) frames_ = std::int64_t(stream_.header().frames);
-        if (losses_) frames_ = std::min(frames_, most_frames);
+        pictures_end_ = frames_;
+        if (losses_ && frames_ > 0) frames_ = most_frames;
     }
     int width() const override { return int(size_.width); }
     int height() const override { return int(size_.height); }
     std::int64_t frames() const override { return frames_; }
+    /// Frames from here on show the last picture: the file holds no more.
+    std::int64_t pictures_end() const { return std::min(frames_, pictures_end_); }
 
     /// Finds the picture that stands for those that are lost at the start. An error when none of them can be decoded.
     Result<void> find_first() {
@@ -48,6 +51,7 @@ public:
     }
 
     Result<Image> read(std::int64_t frame) override {
+        frame = std::min(frame, pictures_end_ - 1);
         if (!holds(frame) && !(frame >= lost_.first && frame < lost_.end)) {
             const auto loaded = load(frame);
             if (!loaded.ok() && !losses_) return loaded.error();
@@ -100,28 +104,13 @@ private:
     std::uint8_t slot_;
     decoder::TextureDecoder decoder_;
     std::vector<protocol::IndexEntry> groups_;
-    std::int64_t frames_ = 0;
+    std::int64_t frames_ = 0, pictures_end_ = 0;   // frames; of them those that the file has pictures of
     std::vector<Image> pictures_;   // of one group
     std::int64_t first_ = 0;
     std::shared_ptr<Losses> losses_;
     Loss lost_{protocol::TrackKind::texture, 0, 0, {}};   // the latest
     Image shown_;
 };
-
-/// Leaves the first `frames` frames of what moves.
-void shorten(Clip& clip, std::int64_t frames) {
-    for (auto* points : {&clip.vertices, &clip.markers})
-        if (*points && (*points)->frames > frames) {
-            (*points)->frames = frames;
-            (*points)->xyz.resize(std::size_t(frames * (*points)->points * 3));
-        }
-    if (clip.weights && clip.weights->frames > frames) {
-        clip.weights->frames = frames;
-        clip.weights->values.resize(std::size_t(frames * clip.weights->count));
-    }
-    clip.head_pose.resize(std::min(clip.head_pose.size(), std::size_t(frames)));
-    clip.gaze.resize(std::min(clip.gaze.size(), std::size_t(frames)));
-}
 
 /// A static texture as a source of one frame.
 class StillTexture final : public TextureSource {
@@ -270,8 +259,9 @@ Result<void> decode_texture(const StoredStream& stream, Clip& clip, const std::s
         if (losses) {
             if (const auto first = texture->find_first(); !first.ok())
                 return losses->push_back({TrackKind::texture, 0, texture->frames(), first.error().message, Loss::Kind::whole}), Result<void>();
+            if (const auto end = texture->pictures_end(); end < texture->frames())
+                losses->push_back({TrackKind::texture, end, texture->frames(), "the file ends there", Loss::Kind::cut});
         }
-        shorten(clip, texture->frames());
         clip.texture = texture;
         return {};
     }

@@ -15,15 +15,14 @@ struct Loss {
     protocol::TrackKind track;
     std::int64_t first = 0, end = 0;   ///< frames; for sound samples
     std::string why;
-    enum class Kind { lost, coarser, whole } kind = Kind::lost;   ///< coarser: only a finer rung of motion is missing; whole: nothing is left of the texture
+    enum class Kind { lost, coarser, whole, cut } kind = Kind::lost;   ///< coarser: only a finer rung of motion is missing; whole: nothing is left of the texture; cut: it ends before the motion
 };
 using Losses = std::vector<Loss>;
 
 /// One sentence: what is lost, and what stands there instead.
 std::string describe(const Loss& loss, const protocol::StreamHeader& header);
 
-/// A stream that has been cut gives the frames that it still holds; its texture may end a group before its motion, and then so
-/// does what is `textured`. What is `bare` has no texture and all motion.
+/// `bare` leaves the texture out.
 enum class Keep { textured, bare };
 
 /// Which rungs to decode, 0 the coarsest: of motion all up to this one, of texture this one.
@@ -37,6 +36,8 @@ struct Rungs {
 ///
 /// Without `losses`, groups that cannot be decoded are an error. With it they are noted there (those of the texture as it is
 /// read) and the rest keeps its time: lost frames repeat the one before, at the start the one after, and lost sound is silent.
+/// A stream that has been cut gives the frames of motion that it still holds; its texture may end a group before them. Then it has
+/// fewer frames, or with `losses` its last picture stands for the rest.
 Result<Clip> decode_stream(const StoredStream& stream, const Progress& progress = {}, Keep keep = Keep::textured,
                            std::shared_ptr<Losses> losses = nullptr, Rungs rungs = {});
 

@@ -20,6 +20,11 @@ namespace {
 using nlohmann::ordered_json;
 using protocol::MotionKind;
 
+/// Neutral shapes further apart are of two faces, or of two fits: what is stored is within a tenth of the motion error.
+constexpr double kSameNeutral = 1.0;  // mm RMS
+/// Errors below these may exceed the motion itself, of a clip that hardly moves.
+constexpr double kNoticeable = 0.5, kNoticeableWeight = 0.05;  // mm RMS; weight
+
 struct Request {
     std::string file, clip;
     bool json = false, no_texture = false;
@@ -49,6 +54,18 @@ Result<MotionError> compare_motion(const Clip& truth, const Clip& received, Moti
         for (std::int64_t f = 0; f < truth.weights->frames; ++f) error.add(truth.weights->frame(f), received.weights->frame(f), truth.weights->count, 1);
     }
     return error;
+}
+
+/// RMS distance of the two neutral meshes, mm; none where there is no such pair.
+std::optional<double> neutral_distance(const Clip& truth, const Clip& received) {
+    if (!truth.neutral || !received.neutral || truth.neutral->positions.rows() != received.neutral->positions.rows() || truth.neutral->vertex_count() == 0) return {};
+    return std::sqrt((truth.neutral->positions - received.neutral->positions).rowwise().squaredNorm().cast<double>().mean());
+}
+
+double still_error(const Clip& truth, MotionKind kind) {
+    if (kind == MotionKind::weights) return still_rms(truth.weights->values, truth.weights->count, 1);
+    const PointSequence& points = kind == MotionKind::vertices ? *truth.vertices : *truth.markers;
+    return still_rms(points.xyz, points.points, 3);
 }
 
 /// The drawn mesh against the clip's own vertices: what markers or weights leave of the truth.
@@ -120,18 +137,25 @@ double missing_seconds(const Clip& truth, const Clip& received) {
 
 Result<int> compare(const Request& request, const StoredStream& stream, const Progress& progress) {
     MIEN_TRY(loaded, io::load_clip(request.clip, {.frame_rate = {}, .unit = {}, .progress = progress}));
-    MIEN_TRY(received, decode_stream(stream, progress, Keep::textured, nullptr, request.rungs));
+    MIEN_TRY(received, decode_stream(stream, progress, request.no_texture ? Keep::bare : Keep::textured, nullptr, request.rungs));
     const Clip& truth = loaded.clip;
     const auto kind = std::get<protocol::MotionInfo>(stream.track(protocol::TrackKind::motion)->info).kind;
     const bool weights = kind == MotionKind::weights;
 
     ordered_json report;
-    std::vector<std::string> complaints;
+    std::vector<std::string> complaints, not_compared;
     if (!stream.reader().complete()) complaints.push_back(stream.reader().complaint());
+    // A trained model may be driven by the markers of whoever.
+    const auto& layers = stream.reader().manifest().layers;
+    const bool trained = std::any_of(layers.begin(), layers.end(), [](const auto& layer) { return layer.kind == protocol::LayerKind::marker_domain; });
+    if (const auto apart = neutral_distance(truth, received); apart && !trained && !(*apart <= kSameNeutral))
+        complaints.push_back(fmt::format("the stream is of another face: its neutral mesh is {:.2f} mm RMS from the clip's", *apart));
     MIEN_TRY(motion, compare_motion(truth, received, kind));
     report["motion"] = {{"rms_mm", motion.rms()}, {"peak_mm", motion.peak()}, {"mean_mm", motion.mean()}, {"kg_percent", motion.kg_percent()},
                         {"unit", weights ? "weight" : "mm"}, {"points", motion.points()}};
     if (!std::isfinite(motion.peak())) complaints.push_back("the decoded motion has numbers that are not finite");
+    if (const double still = still_error(truth, kind); motion.rms() > std::max(still, weights ? kNoticeableWeight : kNoticeable))
+        complaints.push_back(fmt::format("RMS error {:.3f} exceeds that of a still face, {:.3f}: the stream shows another performance", motion.rms(), still));
     if (request.max_rms && !(motion.rms() <= *request.max_rms)) complaints.push_back(fmt::format("RMS error {} exceeds {}", motion.rms(), *request.max_rms));
     if (request.max_peak && !(motion.peak() <= *request.max_peak)) complaints.push_back(fmt::format("peak error {} exceeds {}", motion.peak(), *request.max_peak));
     if (kind != MotionKind::vertices) {
@@ -141,12 +165,15 @@ Result<int> compare(const Request& request, const StoredStream& stream, const Pr
     if (!request.no_texture) {
         MIEN_TRY(texture, compare_texture(truth, received, progress));
         if (texture) report["texture"] = *texture;
+        else if (stream.track(protocol::TrackKind::texture)) not_compared.push_back(truth.texture ? "texture: the stream holds nothing whole of it" : "texture: the clip has none");
     }
     if (truth.sound && stream.track(protocol::TrackKind::sound)) {
         const double missing = missing_seconds(truth, received);
         report["sound"] = {{"seconds", received.sound ? received.sound->seconds() : 0}, {"missing_s", missing}};
         if (missing > 0) complaints.push_back(fmt::format("the stream lacks {:.3f} s of the sound", missing));
     }
+    if (!truth.sound && received.sound) not_compared.push_back("sound: the clip has none");
+    report["not_compared"] = not_compared;
     report["ok"] = complaints.empty();
     end_progress();
 
@@ -166,6 +193,7 @@ Result<int> compare(const Request& request, const StoredStream& stream, const Pr
             fmt::print("sound    {:.3f} s{}\n", report["sound"]["seconds"].get<double>(), missing > 0 ? fmt::format(", {:.3f} s missing", missing) : "");
         }
     }
+    for (const std::string& text : not_compared) warn("not compared: " + text);
     for (const std::string& text : complaints) fail(text);
     return complaints.empty() ? kDone : kFailed;
 }

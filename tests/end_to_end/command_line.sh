@@ -57,6 +57,9 @@ does "$mien" verify weights.mien clip --max-rms 0.005
 does "$mien" encode clip -o old.mien --preset guenter98 --rms 0.1 --no-texture --group whole
 does "$mien" verify old.mien clip --max-rms 0.1
 refuses "exceeds" "$mien" verify vertices.mien clip --max-rms 0.0001
+does "$mien" stage -o other --expressions --seconds 0.5 --texture-size 0 --markers 40 --seed 2
+refuses "of another face" "$mien" verify vertices.mien other
+refuses "not compared: texture" "$mien" verify vertices.mien other
 does "$mien" decode vertices.mien -o back
 does "$mien" check back
 does "$mien" encode back -o again.mien

@@ -215,6 +215,29 @@ TEST(DecodeStream, ACutStreamGivesWhatItHoldsAndNothingIsInvented) {
     EXPECT_TRUE(losses->empty());
 }
 
+TEST(DecodeStream, ATextureThatIsCutBeforeTheMotionTakesNoneOfIt) {
+    SpoiltStream spoilt;
+    spoilt.cut_before(TrackKind::texture, 3);
+    const auto bare = decode_stream(spoilt.open(), {}, Keep::bare, std::make_shared<Losses>());
+    ASSERT_TRUE(bare.ok()) << bare.error().message;
+    ASSERT_EQ(bare->frame_count(), 20) << "a group's motion lies before its texture";
+    const auto losses = std::make_shared<Losses>();
+    const auto clip = decode_stream(spoilt.open(), {}, Keep::textured, losses);
+    ASSERT_TRUE(clip.ok()) << clip.error().message;
+    EXPECT_EQ(clip->frame_count(), 20);
+    ASSERT_EQ(clip->texture->frames(), 20);
+    EXPECT_EQ(clip->texture->read(19)->pixels, clip->texture->read(14)->pixels);
+    EXPECT_NE(clip->texture->read(13)->pixels, clip->texture->read(14)->pixels);
+    ASSERT_EQ(losses->size(), 1u);
+    EXPECT_EQ(losses->front().kind, Loss::Kind::cut);
+    EXPECT_EQ(losses->front().first, 15);
+    EXPECT_EQ(losses->front().end, 20);
+    const auto strict = decode_stream(spoilt.open());
+    ASSERT_TRUE(strict.ok()) << strict.error().message;
+    EXPECT_EQ(strict->frame_count(), 20);
+    EXPECT_EQ(strict->texture->frames(), 15) << "nothing is made up unless asked for";
+}
+
 TEST(DecodeStream, WithoutAnyMotionThereIsNoClip) {
     SpoiltStream spoilt;
     for (std::uint32_t group = 0; group < 4; ++group) spoilt.spoil(TrackKind::motion, group);
