@@ -13,6 +13,7 @@ namespace mien::encoder {
 namespace {
 
 constexpr float kReach = 10;      // mm from the line of the mouth, or from a lid's margin; what lies farther never comes to it
+constexpr float kBeside = 1;      // mm beyond the last pair of an eye at which hold ends
 constexpr float kPairGap = 5;     // mm between the vertices of a pair
 constexpr float kPairSpacing = 1; // mm between pairs at least
 constexpr float kLiningReach = 8; // mm along the lining at which it is let go
@@ -48,9 +49,9 @@ public:
         for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v) {
             if (slit_.sides[v] == Side::beside || to_line(v) > kReach) continue;
             float hold = 0;
-            if (skin_.carries(v)) hold = two_lips(v);
+            if (skin_.carries(v)) hold = two_lips(v) * before_ends(v);
             else if (const auto [rim, depth] = rooted[v]; rim != kNoRim && slit_.sides[rim] == slit_.sides[v])
-                hold = two_lips(rim) * smooth_step(1 - depth / kLiningReach);
+                hold = two_lips(rim) * before_ends(rim) * smooth_step(1 - depth / kLiningReach);
             if (hold > 0) contact.members.push_back({v, slit_.sides[v] == Side::above ? hold : -hold});
         }
         return contact;
@@ -66,6 +67,13 @@ private:
         return nearest;
     }
     float two_lips(std::uint32_t v) const { return smooth_step((way_[v] - kOneLip) / (kTwoLips - kOneLip)); }
+
+    /// Beside the corners of an eye S is that of its last pair, which says nothing of the skin there. A mouth's pairs end at its corners.
+    float before_ends(std::uint32_t v) const {
+        if (slit_.mouth) return 1;
+        const float x = position(v).x();
+        return smooth_step(1 - std::max(position(margins_.front()[0]).x() - x, x - position(margins_.back()[0]).x()) / kBeside);
+    }
 
     void measure_ways() {
         way_.assign(mesh_.vertex_count(), kFar);
