@@ -16,6 +16,7 @@ constexpr float kFold = 8;             // mm along the skin from the margin to t
 constexpr float kToe = 0.25f;          // of the way, rounds off the fold
 // A parabola 1 - u² near the middle of the eye; skin beside its corners, u = 1, goes along a little.
 constexpr float kNarrowing = 1.2f;
+constexpr float kTrust = 0.85f;        // not all that markers on a lid show is its way: squints and brows move them too
 constexpr float kAboveFold = 20;       // mm more along the skin in which the lid's markers get their say again
 constexpr float kBeside = 8;           // mm beside the corners, likewise
 constexpr float kHeld = 0.5f;          // share of the way from which skin lies on the eyeball
@@ -87,7 +88,7 @@ private:
             const float along = edge ? 1 : toe(1 - r.distance / kFold);
             const float aside = std::abs(p.x() - middle_) / half_width_;
             const float beyond = std::max(0.0f, std::abs(p.x() - middle_) - half_width_);
-            const float weight = smooth_step(1 - std::max(0.0f, r.distance - kFold) / kAboveFold) * smooth_step(1 - beyond / kBeside);
+            const float weight = kTrust * smooth_step(1 - std::max(0.0f, r.distance - kFold) / kAboveFold) * smooth_step(1 - beyond / kBeside);
             if (weight > 0) members.push_back({r.vertex, along * std::exp(-kNarrowing * aside * aside), weight, smooth_step(along / kHeld) * smooth_step(2 - 2 * aside)});
         }
         std::sort(members.begin(), members.end(), [](const auto& a, const auto& b) { return a.vertex < b.vertex; });
