@@ -54,14 +54,15 @@ Gaps measure(const samples::Actor& actor, const samples::Performance& performanc
     };
     Gaps gaps;
     gaps.neutral = widest(mesh.positions);
-    gaps.truth = 1e9f;
-    Points shut;
-    for (samples::Instant instant : performance.instants) {
-        instant.head = {};
-        instant.gaze = {};
-        const Points truth = actor.deform(instant);
-        if (const float gap = widest(truth); gap < gaps.truth) gaps.truth = gap, shut = truth;
-    }
+    const auto blink = [](const samples::Instant& instant) {
+        static const auto right = std::size_t(samples::arkit_index("EyeBlinkRight")), left = std::size_t(samples::arkit_index("EyeBlinkLeft"));
+        return std::min(instant.weights[right], instant.weights[left]);
+    };
+    samples::Instant instant = *std::max_element(performance.instants.begin(), performance.instants.end(), [&](const auto& a, const auto& b) { return blink(a) < blink(b); });
+    instant.head = {};
+    instant.gaze = {};
+    const Points shut = actor.deform(instant);
+    gaps.truth = widest(shut);
     const Points without = drawn(plain, sites, shut), with = drawn(face, sites, shut);
     gaps.plain = widest(without);
     gaps.lids = widest(with);
