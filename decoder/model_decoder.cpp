@@ -132,7 +132,12 @@ private:
                 MIEN_TRY(bytes, blob(layer, 0));
                 MIEN_TRY(stored, coding::decode_lid(*bytes, V));
                 auto& lid = lids_.emplace_back(model::Lid{stored.centre, {}});
-                for (const auto& member : stored.members) lid.members.push_back({member.vertex, member.share, member.weight, member.hold});
+                in_lid_.resize(V, false);
+                for (const auto& member : stored.members) {
+                    if (in_lid_[member.vertex]) return Error{ErrorCode::damaged, "two lids of the model share a vertex"};
+                    in_lid_[member.vertex] = true;
+                    lid.members.push_back({member.vertex, member.share, member.weight, member.hold});
+                }
                 break;
             }
             case LayerKind::static_albedo:
@@ -156,6 +161,7 @@ private:
     std::unique_ptr<DetailDecoder>* growing_;
     model::FaceModel model_;
     bool has_shape_ = false, has_base_ = false;
+    std::vector<bool> in_lid_;      // V, or empty before the first lid
     std::vector<model::Lid> lids_;  // the base shape that they change may come last
     std::optional<Layer> shell_;   // the thin shell, when one was named
     bool detailed_ = false;        // a marker domain was named

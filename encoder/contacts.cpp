@@ -13,6 +13,7 @@ namespace mien::encoder {
 namespace {
 
 constexpr float kReach = 10;      // mm from the line of the mouth, or from a lid's margin; what lies farther never comes to it
+constexpr float kAtRest = 0.01f;  // mm that a lid may be moved at rest
 constexpr float kBeside = 1;      // mm beyond the last pair of an eye at which hold ends
 constexpr float kPairGap = 5;     // mm between the vertices of a pair
 constexpr float kPairSpacing = 1; // mm between pairs at least
@@ -40,7 +41,7 @@ public:
 
     std::optional<model::Contact> run() const {
         model::Contact contact;
-        contact.pairs = slit_.mouth ? facing_lips() : margins_;
+        contact.pairs = slit_.mouth ? facing_lips() : spread_margins();
         if (contact.pairs.empty()) return std::nullopt;
         std::vector<std::uint32_t> roots;
         for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v)
@@ -54,6 +55,7 @@ public:
                 hold = two_lips(rim) * before_ends(rim) * smooth_step(1 - depth / kLiningReach);
             if (hold > 0) contact.members.push_back({v, slit_.sides[v] == Side::above ? hold : -hold});
         }
+        if (!slit_.mouth) leave_at_rest(contact);
         return contact;
     }
 
@@ -67,6 +69,13 @@ private:
         return nearest;
     }
     float two_lips(std::uint32_t v) const { return smooth_step((way_[v] - kOneLip) / (kTwoLips - kOneLip)); }
+
+    /// Open lids lie on their own sides of S; what does not at rest is skin of a corner that sides tell nothing of.
+    void leave_at_rest(model::Contact& contact) const {
+        Points held = mesh_.positions;
+        model::hold_apart(contact, held);
+        std::erase_if(contact.members, [&](const auto& member) { return (held.row(member.vertex) - mesh_.positions.row(member.vertex)).norm() > kAtRest; });
+    }
 
     /// Beside the corners of an eye S is that of its last pair, which says nothing of the skin there. A mouth's pairs end at its corners.
     float before_ends(std::uint32_t v) const {
@@ -84,6 +93,13 @@ private:
             for (const auto& r : skin_.from(others, kFar))
                 if (slit_.sides[r.vertex] == side) way_[r.vertex] = r.distance;
         }
+    }
+
+    std::vector<std::array<std::uint32_t, 2>> spread_margins() const {
+        const std::size_t stride = (margins_.size() + model::kMaxContactPairs - 1) / model::kMaxContactPairs;
+        std::vector<std::array<std::uint32_t, 2>> spread;
+        for (std::size_t i = 0; i < margins_.size(); i += stride) spread.push_back(margins_[i]);
+        return spread;
     }
 
     std::vector<std::array<std::uint32_t, 2>> facing_lips() const {

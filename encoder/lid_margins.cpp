@@ -30,7 +30,7 @@ std::vector<std::array<std::uint32_t, 2>> lid_margins(const Mesh& neutral, const
         if (!skin.carries(v) || eye.sides[v] == Side::beside || from_centre.z() < 0 || x(v) < first || x(v) >= last) continue;
         if (distance < eye.radius || distance > eye.radius + kOverEyeball || normals.row(v).dot(from_centre.transpose()) < kFacing * distance) continue;
         const int lower = eye.sides[v] == Side::below;
-        std::uint32_t& outermost = margins[lower][std::size_t((x(v) - first) / kColumn)];
+        std::uint32_t& outermost = margins[lower][std::min(margins[lower].size() - 1, std::size_t((x(v) - first) / kColumn))];
         if (outermost == kNone || beyond(v, y(outermost), lower) > 0) outermost = v;
     }
     for (int lower = 0; lower < 2; ++lower) {

@@ -78,38 +78,50 @@ std::vector<Rooted> grow_lining(const Mesh& mesh, const std::vector<std::uint32_
 std::vector<Rooted> hang_on_skin(const Mesh& mesh, const std::vector<std::uint32_t>& skin, float reach) {
     constexpr float kRoot = 0.5f;  // mm further from the skin than the nearest of the piece
     constexpr std::uint32_t kHanging = 1u << int(Surface::lashes) | 1u << int(Surface::cornea) | 1u << int(Surface::hair) | 1u << int(Surface::other);
-    const SurfaceDistance pieces(mesh, kHanging), all(mesh, ~0u), whole_skin(mesh, 1u << int(Surface::skin));
+    const SurfaceDistance hanging(mesh, kHanging), all(mesh, ~0u), whole_skin(mesh, 1u << int(Surface::skin)), lashes(mesh, 1u << int(Surface::lashes));
     const auto V = mesh.vertex_count();
-    std::vector<std::uint32_t> nearest(V, kNoRim);
+    std::vector<Rooted> rooted(V, Rooted{kNoRim, 0});
+    if (skin.empty()) return rooted;
+    Vec3 low = Vec3::Constant(1e9f), high = -low;
+    for (const std::uint32_t u : skin) {
+        low = low.cwiseMin(mesh.positions.row(u).transpose());
+        high = high.cwiseMax(mesh.positions.row(u).transpose());
+    }
     std::vector<float> away(V, 0);
     parallel_for(V, [&](std::int64_t i) {
         const auto v = std::uint32_t(i);
-        if ((all.carries(v) && !pieces.carries(v)) || whole_skin.carries(v) || skin.empty()) return;
-        const auto squared = [&](std::uint32_t u) { return (mesh.positions.row(u) - mesh.positions.row(v)).squaredNorm(); };
-        nearest[v] = *std::min_element(skin.begin(), skin.end(), [&](std::uint32_t a, std::uint32_t b) { return squared(a) < squared(b); });
-        away[v] = std::sqrt(squared(nearest[v]));
+        if ((all.carries(v) && !hanging.carries(v)) || whole_skin.carries(v)) return;
+        const Vec3 p = mesh.positions.row(v).transpose();
+        if (((low - p).array() > reach).any() || ((p - high).array() > reach).any()) return;
+        float least = reach * reach;
+        for (const std::uint32_t u : skin)
+            if (const float squared = (mesh.positions.row(u).transpose() - p).squaredNorm(); squared < least) least = squared, rooted[v].rim = u;
+        away[v] = std::sqrt(least);
     });
-    std::vector<Rooted> rooted(V, Rooted{kNoRim, 0});
-    std::vector<Triangle> hanging;
+    // A lash is thin and stands off: all of it turns with its root.
+    const std::vector<Rooted> nearest = rooted;
+    std::vector<Triangle> strips;
     const std::vector<Surface> surfaces = mesh.triangle_surfaces();
     for (std::size_t t = 0; t < surfaces.size(); ++t)
-        if (kHanging >> int(surfaces[t]) & 1) hanging.push_back(mesh.triangles[t]);
-    const auto neighbours = vertex_neighbours(V, hanging);
+        if (surfaces[t] == Surface::lashes) strips.push_back(mesh.triangles[t]);
+    const auto neighbours = vertex_neighbours(V, strips);
     std::vector<char> seen(V);
     for (std::uint32_t seed = 0; seed < V; ++seed) {
-        if (nearest[seed] == kNoRim || seen[seed]) continue;
+        if (!lashes.carries(seed) || seen[seed]) continue;
         std::vector<std::uint32_t> piece{seed};
         seen[seed] = 1;
         float least = reach;
         for (std::size_t i = 0; i < piece.size(); ++i) {
-            least = std::min(least, away[piece[i]]);
+            if (rooted[piece[i]].rim != kNoRim) least = std::min(least, away[piece[i]]);
             for (const std::uint32_t n : neighbours[piece[i]])
-                if (nearest[n] != kNoRim && !std::exchange(seen[n], char(1))) piece.push_back(n);
+                if (!std::exchange(seen[n], char(1))) piece.push_back(n);
         }
         for (const std::uint32_t v : piece)
-            if (away[v] < std::min(reach, least + kRoot)) rooted[v].rim = nearest[v];
+            if (away[v] >= least + kRoot) rooted[v].rim = kNoRim;
     }
-    grow(mesh, pieces, rooted);
+    grow(mesh, lashes, rooted);
+    for (std::uint32_t v = 0; v < V; ++v)
+        if (rooted[v].rim == kNoRim) rooted[v] = nearest[v];
     return rooted;
 }
 

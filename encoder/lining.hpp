@@ -24,8 +24,9 @@ struct Rooted {
 /// For every vertex, V. skin: vertices that lining may grow from; it shares them or is sewn on within 0.1 mm.
 std::vector<Rooted> grow_lining(const Mesh& mesh, const std::vector<std::uint32_t>& skin);
 
-/// Where lashes, tear film, hair and the like hang: the skin nearest to the root of each connected piece, and how far along the piece.
-/// For every vertex, V; one of no triangle is a piece of its own. skin: as above; pieces that begin more than `reach` mm from it hang on nothing.
+/// Where what stands on the skin hangs: lashes on the skin nearest to the root of their connected piece, tear film, hair and the like, and
+/// vertices of no triangle, each on the nearest skin. For every vertex, V. skin: as above; what is `reach` mm from it or more hangs on nothing,
+/// but for lashes whose root is nearer.
 std::vector<Rooted> hang_on_skin(const Mesh& mesh, const std::vector<std::uint32_t>& skin, float reach);
 
 }  // namespace mien::encoder

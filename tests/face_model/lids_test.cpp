@@ -99,6 +99,10 @@ TEST(Lids, RestWhereMarkersRestAndAreNoneWithoutMarkersOnThem) {
     face.base = *blend_coefficients(mesh, sites, actor->rigid_vertices());
     for (model::Lid& lid : find_lids(mesh, sites)) model::add_lid(face, std::move(lid));
     EXPECT_LT((drawn(face, sites, mesh.positions) - mesh.positions).rowwise().norm().maxCoeff(), 1e-4f);
+    const auto contacts = find_contacts(mesh);
+    ASSERT_EQ(contacts.size(), 3u);
+    face.contacts = {contacts[1], contacts[2]};  // lips touch at rest
+    EXPECT_LT((drawn(face, sites, mesh.positions) - mesh.positions).rowwise().norm().maxCoeff(), 0.011f) << "open lids stay where they are";
     const auto& lids = face.lids;
     ASSERT_EQ(lids.size(), 2u);
     std::erase_if(sites, [&](const Site& site) {
