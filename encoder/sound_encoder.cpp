@@ -53,16 +53,21 @@ double kbps_of(const EncodedSound& encoded) {
 
 Result<EncodedSound> encode_sound(const Sound& sound, const SoundOptions& options) {
     constexpr int kTries = 3;
-    constexpr double kSlack = 1.01;
-    double kbps = options.kbps;
-    for (int tries = 1;; ++tries) {
-        MIEN_TRY(run, media::compress_sound(sound, options.codec, kbps));
-        EncodedSound encoded = in_groups(std::move(run), options);
-        // Codecs of variable rate miss their aim, and every group says its pre-roll again.
-        const double taken = kbps_of(encoded);
-        if (taken <= kSlack * options.kbps || tries == kTries) return encoded;
-        kbps *= options.kbps / taken;
+    constexpr double kSlack = 1.01, kWorthwhile = 0.99;
+    MIEN_TRY(first, media::compress_sound(sound, options.codec, options.kbps));
+    EncodedSound best = in_groups(std::move(first), options);
+    double taken = kbps_of(best), aim = options.kbps;
+    // Codecs of variable rate miss their aim, and every group says its pre-roll again. A codec has a least rate, too.
+    for (int tries = 1; tries < kTries && taken > kSlack * options.kbps; ++tries) {
+        aim *= options.kbps / taken;
+        auto run = media::compress_sound(sound, options.codec, aim);
+        if (!run.ok()) break;
+        EncodedSound encoded = in_groups(std::move(*run), options);
+        if (kbps_of(encoded) > kWorthwhile * taken) break;
+        best = std::move(encoded);
+        taken = kbps_of(best);
     }
+    return best;
 }
 
 }  // namespace mien::encoder

@@ -90,7 +90,7 @@ private:
     /// Notes that `frame` and what follows it to the next group is lost. What was shown last stays; at the start what find_first() has found.
     void lose(std::int64_t frame, std::string why) {
         const auto after = behind(frame);
-        lost_ = {protocol::TrackKind::texture, frame, after == groups_.end() ? frames_ : std::min(frames_, after->first_time), why};
+        lost_ = {protocol::TrackKind::texture, frame, std::min(pictures_end(), after == groups_.end() ? frames_ : after->first_time), why};
         if (!losses_->empty() && losses_->back().track == lost_.track && losses_->back().end == frame) losses_->back().end = lost_.end;
         else losses_->push_back(lost_);
     }
