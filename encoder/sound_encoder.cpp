@@ -52,20 +52,27 @@ double kbps_of(const EncodedSound& encoded) {
 }  // namespace
 
 Result<EncodedSound> encode_sound(const Sound& sound, const SoundOptions& options) {
-    constexpr int kTries = 3;
-    constexpr double kSlack = 1.01, kWorthwhile = 0.99;
+    constexpr int kTries = 5;
+    constexpr double kOver = 1.01, kUnder = 0.95, kWorthwhile = 0.99;
     MIEN_TRY(first, media::compress_sound(sound, options.codec, options.kbps));
     EncodedSound best = in_groups(std::move(first), options);
     double taken = kbps_of(best), aim = options.kbps;
-    // Codecs of variable rate miss their aim, and every group says its pre-roll again. A codec has a least rate, too.
-    for (int tries = 1; tries < kTries && taken > kSlack * options.kbps; ++tries) {
-        aim *= options.kbps / taken;
+    if (taken <= kOver * options.kbps) return best;
+    // Codecs of variable rate miss their aim, and every group says its pre-roll again: aims between one that took too much and one that
+    // took too little. A codec has a least rate, too, below which nothing is saved.
+    double too_much = aim, too_little = 0, last = taken;
+    for (int tries = 1; tries < kTries; ++tries) {
+        aim = too_little > 0 ? (too_much + too_little) / 2 : aim * options.kbps / last;
         auto run = media::compress_sound(sound, options.codec, aim);
         if (!run.ok()) break;
         EncodedSound encoded = in_groups(std::move(*run), options);
-        if (kbps_of(encoded) > kWorthwhile * taken) break;
-        best = std::move(encoded);
-        taken = kbps_of(best);
+        const double now = kbps_of(encoded);
+        const bool over = now > kOver * options.kbps;
+        if (over && now > kWorthwhile * last) break;
+        if (over ? now < taken : taken > kOver * options.kbps || now > taken) best = std::move(encoded), taken = now;
+        if (!over && now >= kUnder * options.kbps) break;
+        (over ? too_much : too_little) = aim;
+        if (over) last = now;
     }
     return best;
 }
