@@ -8,6 +8,7 @@
 #include "encoder/lid_margins.hpp"
 #include "encoder/lining.hpp"
 #include "encoder/slits.hpp"
+#include "encoder/smooth_step.hpp"
 
 namespace mien::encoder {
 namespace {
@@ -20,11 +21,6 @@ constexpr float kPairSpacing = 1; // mm between pairs at least
 constexpr float kLiningReach = 8; // mm along the lining at which it is let go
 // Lips are one where they meet at the corners, and so are lids: hold grows with the way along the skin to the other one, mm.
 constexpr float kOneLip = 0.3f, kTwoLips = 1.5f;
-
-float smooth_step(float t) {
-    t = std::clamp(t, 0.0f, 1.0f);
-    return t * t * (3 - 2 * t);
-}
 
 class ContactFinder {
 public:

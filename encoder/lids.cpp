@@ -3,11 +3,13 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/surface_distance.hpp"
 #include "encoder/lid_margins.hpp"
 #include "encoder/lining.hpp"
 #include "encoder/slits.hpp"
+#include "encoder/smooth_step.hpp"
 
 namespace mien::encoder {
 namespace {
@@ -22,11 +24,6 @@ constexpr float kBeside = 8;           // mm beside the corners, likewise
 constexpr float kHeld = 0.5f;          // share of the way from which skin lies on the eyeball
 constexpr float kHangs = 14;           // mm to the skin from what may hang on it: lashes
 constexpr float kLiningReach = 8;      // mm along the lining at which it is let go
-
-float smooth_step(float t) {
-    t = std::clamp(t, 0.0f, 1.0f);
-    return t * t * (3 - 2 * t);
-}
 
 /// max(t, 0) without its kink.
 float toe(float t) { return t >= kToe ? t : t <= -kToe ? 0 : (t + kToe) * (t + kToe) / (4 * kToe); }
@@ -136,9 +133,11 @@ private:
 std::vector<model::Lid> find_lids(const Mesh& neutral, const std::vector<Site>& sites) {
     const SurfaceDistance skin(neutral, 1u << int(Surface::skin));
     std::vector<model::Lid> lids;
+    std::vector<char> taken(neutral.vertex_count());  // eyes of a caricature may be so large that their lids meet
     for (const Slit& slit : find_slits(neutral, skin)) {
         if (slit.mouth) continue;
         auto members = LidFinder(neutral, skin, slit).run();
+        std::erase_if(members, [&](const auto& member) { return std::exchange(taken[member.vertex], char(1)); });
         std::vector<float> share(neutral.vertex_count(), 0);
         for (const auto& member : members) share[member.vertex] = member.share;
         const bool seen = std::any_of(sites.begin(), sites.end(), [&](const Site& site) {
