@@ -20,7 +20,7 @@ namespace mien::model {
 struct VertexBase {};
 
 /// Base shape of Making Faces (Guenter et al. 1998, section 4.2): p_j = neutral_j + sum_k a_jk (d_k - neutral d_k), where
-/// sum_k a_jk <= 1; what is missing to one hangs on still points that follow the head pose only.
+/// sum_k a_jk <= 1 but on a lid (add_lid); what is missing to one hangs on still points that follow the head pose only.
 struct BlendBase {
     struct Term {
         std::uint32_t marker;

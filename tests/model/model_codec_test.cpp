@@ -2,6 +2,7 @@
 
 #include <map>
 
+#include "coding/layer_code.hpp"
 #include "decoder/model_decoder.hpp"
 #include "encoder/model_encoder.hpp"
 #include "meshes.hpp"
@@ -211,8 +212,14 @@ TEST(ModelDecoder, RefusesLayersThatDoNotBuildOnEachOther) {
     protocol::Layer points = shape;
     points.kind = LayerKind::points;
     points.blobs.resize(2);
+    const Bytes lid_bytes[] = {coding::encode_lid({Vec3(7, 20, -4), {{3, 1, 1, 1}}}), coding::encode_lid({Vec3(21, 20, -4), {{4, 1, 1, 1}}})};
+    const Bytes contact_bytes = coding::encode_contact({{{3, 4}}, {{3, 1}}});
+    const protocol::Layer lid{LayerKind::lid, {sha256(lid_bytes[0])}}, other_lid{LayerKind::lid, {sha256(lid_bytes[1])}};
+    const protocol::Layer contact{LayerKind::contact, {sha256(contact_bytes)}};
     const auto accepts = [&](std::vector<protocol::Layer> layers) {
         encoder::EncodedModel other = *markers;
+        for (const Bytes& bytes : lid_bytes) other.blobs.push_back({sha256(bytes), protocol::BlobKind::lid, bytes});
+        other.blobs.push_back({sha256(contact_bytes), protocol::BlobKind::contact, contact_bytes});
         const Bytes bytes = protocol::encode_manifest({"", std::move(layers)});
         other.manifest = sha256(bytes);
         other.blobs.push_back({other.manifest, protocol::BlobKind::manifest, bytes});
@@ -228,6 +235,16 @@ TEST(ModelDecoder, RefusesLayersThatDoNotBuildOnEachOther) {
     EXPECT_FALSE(accepts({shape, points}));
     EXPECT_FALSE(accepts({shape, eyes, points}));
     EXPECT_FALSE(accepts({points, eyes}));
+    EXPECT_TRUE(accepts({shape, blend, lid, other_lid}));
+    EXPECT_TRUE(accepts({shape, lid, blend}));
+    EXPECT_FALSE(accepts({lid, shape}));
+    EXPECT_FALSE(accepts({points, lid}));
+    EXPECT_FALSE(accepts({shape, blend, lid, lid})) << "a vertex of two lids";
+    std::vector<protocol::Layer> layers(10, contact);
+    layers[0] = shape, layers[1] = blend;
+    EXPECT_TRUE(accepts(layers)) << "eight contacts";
+    layers.push_back(contact);
+    EXPECT_FALSE(accepts(layers));
 }
 
 TEST(ModelDecoder, KnowsWhichMotionDrivesAModel) {
